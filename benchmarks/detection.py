@@ -18,8 +18,8 @@ from rich.console import Console
 from rich.table import Table
 
 from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.overlap import overlapping
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.scene.specs import MeshSettings

@@ -27,7 +27,7 @@ HEAD = """
 dimension = 2
 fidelity = "{fidelity}"
 mesh = {{ size = 0.1 }}
-materials = {{ stone = {{ density = 2400.0, young = 1e9 }} }}
+materials = {{ stone = {{ density = 2400.0, {stone} }} }}
 loads.gravity = [0.0, -9.81]
 loads.accelerations = [{{ vector = [1.5, 0.0] }}]
 structures = [
@@ -52,6 +52,7 @@ tangential_energy = 5.0
 STATICS = 'analysis = { kind = "statics", load_steps = 40 }\n'
 FEWER = STATICS.replace("40", "12")
 DYNAMICS = 'analysis = { kind = "dynamics", step = 2e-3, duration = 0.16, theta = 0.7 }\n'
+BRIEF = DYNAMICS.replace("0.16", "0.04")
 REDETECT = 'contact = { update = "redetect", every = 2 }\n'
 STORY = """
 stages = [
@@ -67,6 +68,16 @@ combinations = [
   { name = "back", factors = { gravity = 1.0, push = -1.1 } },
 ]
 """
+PLAIN = "young = 1e9"
+WARMING = PLAIN + ", thermal_expansion = 8e-6"
+HEAT = """
+stages = [
+  { name = "built" },
+  { name = "warm", loads = { gravity = [0.0, -9.81], temperatures = [{ on = "w.c3.*", change = 20.0 }] } },
+  { name = "cold", loads = { gravity = [0.0, -9.81] } },
+]
+"""
+YIELDING = PLAIN + ', inelastic = { law = "mohr_coulomb", friction_angle = 35, cohesion = 1.2e4 }'
 BAR = """
 [[ties]]
 name = "bar"
@@ -90,12 +101,14 @@ class Kind:
     ----------
     fidelity : Of its stones. text : Of its scene, after ``HEAD``.
     command, options : Words before and after the scene's name.
+    stone : What else the stone has beside its density.
     """
 
     fidelity: str
     text: str
     command: str = "run"
     options: tuple[str, ...] = ()
+    stone: str = PLAIN
 
     @property
     def resumes(self) -> bool:
@@ -105,12 +118,17 @@ class Kind:
 
 KINDS = {
     "rigid, dynamics, redetected": Kind("rigid", DYNAMICS + REDETECT + DRY),
+    "rigid, statics": Kind("rigid", STATICS + DRY),
     "elastic, statics": Kind("elastic", STATICS + DRY),
     "elastic, dynamics": Kind("elastic", DYNAMICS + DRY),
+    "inelastic, statics": Kind("inelastic", FEWER + DRY, stone=YIELDING),
+    "inelastic, dynamics": Kind("inelastic", BRIEF + DRY, stone=YIELDING),
     "cohesive, statics": Kind("elastic", FEWER + GLUED),
+    "cohesive, dynamics": Kind("rigid", DYNAMICS + GLUED),
     "tied, statics": Kind("elastic", STATICS + DRY + BAR),
     "shaken ground": Kind("rigid", DYNAMICS + DRY + SHAKEN),
     "stages": Kind("rigid", DYNAMICS + DRY + STORY),
+    "stages, elastic, warmed": Kind("elastic", FEWER + DRY + HEAT, stone=WARMING),
     "combinations": Kind("elastic", FEWER + DRY + CASES),
     "threshold": Kind(
         "rigid", FEWER + DRY, "threshold",
@@ -172,7 +190,7 @@ def _unspent(told: object) -> object:
 def killed(kind: str, count: int, draw: np.random.Generator, place: Path) -> Found:
     """Kill runs of a kind so many times, and let each go on to its end."""
     own, scene = KINDS[kind], place / "scene.toml"
-    head = HEAD.format(fidelity=own.fidelity)
+    head = HEAD.format(fidelity=own.fidelity, stone=own.stone)
     if CASES in own.text:
         head = head.replace("vector = [1.5, 0.0] ", 'vector = [1.5, 0.0], case = "push" ')
     scene.write_text(head + own.text, encoding="utf-8")
@@ -233,5 +251,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=20)
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=tuple(KINDS), metavar="KIND")
     options = parser.parse_args()
-    print(table(resumed(options.kills, options.seed)))
+    print(table(resumed(options.kills, options.seed, tuple(options.kinds))))

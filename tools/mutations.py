@@ -48,7 +48,7 @@ ROOMS = {
         ("tests/bodies", "tests/march"),
     ("nscd/local", "nscd/graphs", "nscd/contact_measures", "nscd/transfer", "nscd/problem", "nscd/residuals",
      "nscd/scaling"): ("tests/nscd",),
-    ("contact/kinematics", "contact/clipping", "contact/placement/corners", "contact/placement/nodes",
+    ("contact/contacts", "contact/clipping", "contact/placement/corners", "contact/placement/nodes",
      "contact/placement/parts/quadrature", "contact/interpolation"): ("tests/contact",),
     ("fem/condense", "fem/stress", "fem/assemble", "fem/material", "fem/traction"): ("tests/fem",),
     ("joints/reduction", "joints/laws/fremond_cangemi", "joints/laws/mohr_coulomb", "joints/laws/parts/bed",

@@ -29,11 +29,9 @@ from masonry_fem.limit import collapse_multiplier
 from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.records.arguments import check_share
-from masonry_fem.records.listing import counted
-from masonry_fem.records.remark import gathered, repeated
-from masonry_fem.results.collapse import CollapseTold, Trial
-from masonry_fem.results.search import Fall, write_search
+from masonry_fem.records.record import check_share
+from masonry_fem.records.remark import counted, gathered, repeated
+from masonry_fem.results.search import CollapseTold, Fall, Trial, write_search
 from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)

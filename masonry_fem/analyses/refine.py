@@ -29,12 +29,12 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March
 from masonry_fem.output.folder import OWN, Folder
 from masonry_fem.output.stress_error import block_errors, unjudged
-from masonry_fem.records.arguments import check_share
+from masonry_fem.records.record import check_share
 from masonry_fem.records.told import write
 from masonry_fem.results.discretisation import RefinementTold, Round
 from masonry_fem.results.summarise import size
 from masonry_fem.scene import check, save, specs
-from masonry_fem.scene.moved import moved
+from masonry_fem.scene.writing import moved
 from masonry_fem.solid.mesh import Mesh
 
 SPARE = 0.95  # of the target: what is aimed at

@@ -29,11 +29,9 @@ from masonry_fem.fidelities import deforms
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.mechanism import Falling
 from masonry_fem.output.folder import Folder
-from masonry_fem.records.arguments import check_share
-from masonry_fem.records.listing import counted
-from masonry_fem.records.remark import gathered, repeated
-from masonry_fem.results.search import Fall, write_search
-from masonry_fem.results.threshold import Outcome, Range, ThresholdTold, Tried
+from masonry_fem.records.record import check_share
+from masonry_fem.records.remark import counted, gathered, repeated
+from masonry_fem.results.search import Fall, Outcome, Range, ThresholdTold, Tried, write_search
 from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)

@@ -23,7 +23,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.motion import greatest_shift
 from masonry_fem.march.recognition import OPEN
 from masonry_fem.march.state import SystemState
-from masonry_fem.results.collapse import Trial
+from masonry_fem.results.search import Trial
 from masonry_fem.scene import specs
 
 VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}

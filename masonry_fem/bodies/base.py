@@ -525,6 +525,10 @@ class Nonlinear(Protocol):
 class BodyGroup(Moves, Loaded, Shown, Protocol):
     """All that a model's blocks owe: who adds a kind of body writes these."""
 
+    def warmed(self, state: Any) -> FloatArray | None:
+        """Strain by temperature of each block in a state, shape (b,); None where none can have any."""
+        ...
+
 
 def by_block(group: Shown, values: FloatArray) -> list[FloatArray]:
     """Values at all nodes of a group as one array a block.

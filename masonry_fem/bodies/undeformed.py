@@ -203,6 +203,10 @@ class Undeformed(ABC):
         """Nothing: a block that keeps its shape stores none, shape (b,) [J]."""
         return np.zeros(self.count)
 
+    def warmed(self, state: Placed) -> None:
+        """A block that keeps its shape does not expand."""
+        return
+
     # --- fields -----------------------------------------------------------------------------------
 
     def displacement(self, state: Placed, body: int, point: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from masonry_fem.build.model import Built
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.model import Model
 from masonry_fem.march.standing import Standing
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.records.tree import differences
 from masonry_fem.scene import specs
 

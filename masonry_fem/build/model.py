@@ -23,18 +23,17 @@ from masonry_fem.build.places import check_places
 from masonry_fem.build.shaking import shaken, shaking
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, present, typical_length
 from masonry_fem.build.supports import last_change
-from masonry_fem.build.temperature import expansions
+from masonry_fem.build.temperature import Expansions, expansions
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
-from masonry_fem.host.garbage import taken_up
+from masonry_fem.host.memory import taken_up
 from masonry_fem.host.phases import phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
 from masonry_fem.march.shaking import Shaking
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select
 
@@ -178,14 +177,24 @@ def _meet(scene: specs.Scene, stones: Stones, base: Path) -> Meeting | None:
 
 
 def body_groups(
-    scene: specs.Scene, stones: Stones, base: Path = Path(), before: tuple[BodyGroup, ...] = ()
+    scene: specs.Scene,
+    stones: Stones,
+    base: Path = Path(),
+    before: tuple[BodyGroup, ...] = (),
+    left: Expansions | None = None,
 ) -> tuple[BodyGroup, ...]:
     """One group of supports, and those that the stones' fidelities make, the coarsest first.
 
-    What the groups ``before`` have is used again where it fits. ``base`` is the scene's folder.
+    Parameters
+    ----------
+    scene : The scene. stones : Its blocks. base : Folder that its paths are relative to.
+    before : Groups of which what fits is used again.
+    left : Strains by temperature that blocks have beside those of the scene.
     """
     groups: list[BodyGroup] = []
     warming = expansions(scene, stones, base)
+    for block, changes in (left or {}).items():
+        warming.setdefault(block, []).extend(changes)
     if held := stones.of(None):
         groups.append(SupportGroup(stones.assembly, held, [stones.motion.get(block) for block in held]))
     for kind in _used(stones):

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from masonry_fem.build.stones import Stones
+from masonry_fem.contact.depth import overlapping, thickness
 from masonry_fem.contact.detection import THROUGH, default_reach
-from masonry_fem.contact.overlap import overlapping, thickness
 from masonry_fem.errors import SceneError
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 
 SHOWN = 5  # pairs of blocks that a message names
 

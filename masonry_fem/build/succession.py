@@ -5,7 +5,8 @@
 
 Stones are told by their names, contacts by their stones and places. What loads and contacts held the stones
 and do so no more is a load of its own, ``released``, that statics takes away evenly over its steps: so a
-centring is struck, and loads come and go, without a jump. In a march in time it is gone at once.
+centring is struck, and loads come and go, without a jump. In a march in time it is gone at once. What
+temperature has strained stones by beside what this scene says goes in any analysis as its own comes.
 """
 
 from __future__ import annotations
@@ -19,9 +20,11 @@ import numpy as np
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
-from masonry_fem.build.model import Built
+from masonry_fem.build.model import Built, body_groups
 from masonry_fem.build.seating import seated
 from masonry_fem.build.stones import Stones
+from masonry_fem.build.supports import fade
+from masonry_fem.build.temperature import Expansions
 from masonry_fem.build.ties import stretched_from
 from masonry_fem.contact.posed import corners
 from masonry_fem.contact.update import chosen, joined, partners
@@ -33,7 +36,7 @@ from masonry_fem.march.model import FloatArray, Load, Model
 from masonry_fem.march.renewal import carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import initial_state
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
@@ -50,11 +53,13 @@ class Left:
     Attributes
     ----------
     stones : Its blocks. model : With the contacts of the end. state : Of the end.
+    warmed : Strains by temperature of the blocks of each group there, shape (b,); None: none.
     """
 
     stones: Stones
     model: Model
     state: SystemState
+    warmed: tuple[FloatArray | None, ...]
 
 
 def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple[Model, SystemState]:
@@ -72,7 +77,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     """
     old = _numbers(built, left)
     _refuse_others(built, left, old)
-    model = _standing(built.model, left, old)
+    model = _standing(_as_warm(scene, built, base, left, old), left, old)
     model, origin = _with_contacts(scene, built, base, model, left, old)
     bodies = tuple(
         _taken(group, rest, left, old) for group, rest in zip(model.groups, built.bodies, strict=True)
@@ -194,6 +199,28 @@ def _standing(model: Model, left: Left, old: IntArray) -> Model:
         moved = shift.any() or turned.any()
         groups.append(group.starting_at(shift, turned) if moved else group)
     return replace(model, groups=tuple(groups))
+
+
+def _as_warm(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntArray) -> Model:
+    """The model whose stones begin with the strains by temperature with which they were left."""
+    was, now = np.zeros(len(left.stones.assembly.blocks)), np.zeros(len(old))
+    for group, strain in zip(left.model.groups, left.warmed, strict=True):
+        was[group.blocks] = 0.0 if strain is None else strain
+    for group, rest in zip(built.model.groups, built.bodies, strict=True):
+        strain = group.warmed(rest)
+        now[group.blocks] = 0.0 if strain is None else strain
+    known = np.flatnonzero(old >= 0)
+    known = known[was[old[known]] != now[known]]
+    if not len(known):
+        return built.model
+    fading, more = fade(scene), was[old[known]] - now[known]
+    strains: Expansions = {
+        block: [(own, fading)] for block, own in zip(known.tolist(), more.tolist(), strict=True)
+    }
+    groups = body_groups(scene, built.stones, base, built.model.groups, strains)
+    waits = scene.analysis.inertia and scene.analysis.seeks_equilibrium
+    changing = max(built.model.changing, scene.analysis.ramp) if waits else built.model.changing
+    return replace(built.model, groups=groups, changing=changing)
 
 
 def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:

@@ -63,6 +63,11 @@ def ramp(scene: specs.Scene) -> Callable[[float], float]:
     return partial(_up_to, end)
 
 
+def fade(scene: specs.Scene) -> Callable[[float], float]:
+    """From 1 to 0 while ``ramp`` goes from 0 to 1."""
+    return partial(_down_until, scene.analysis.ramp)
+
+
 def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -> float:
     """Time after which loads and supports no longer change, oscillations apart [s].
 
@@ -118,6 +123,10 @@ def _one(time: float) -> float:
 
 def _up_to(end: float, time: float) -> float:
     return min(time / end, 1.0)
+
+
+def _down_until(end: float, time: float) -> float:
+    return 1.0 - _up_to(end, time)
 
 
 def _times(vector: FloatArray, factor: Callable[[float], float], time: float) -> FloatArray:

@@ -15,10 +15,11 @@ from masonry_fem.fidelities import deforms
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select
 
+# by block: strains, each with its factor in time
+type Expansions = dict[int, list[tuple[float, Callable[[float], float]]]]
 
-def expansions(
-    scene: specs.Scene, stones: Stones, base: Path
-) -> dict[int, list[tuple[float, Callable[[float], float]]]]:
+
+def expansions(scene: specs.Scene, stones: Stones, base: Path) -> Expansions:
     """Strains by temperature of the blocks that have any, each with its factor in time.
 
     Parameters
@@ -29,7 +30,7 @@ def expansions(
     ------
     SceneError : A selector selects nothing or supports only; a block cannot expand.
     """
-    made: dict[int, list[tuple[float, Callable[[float], float]]]] = {}
+    made: Expansions = {}
     names = block_names(stones.assembly)
     for index, one in enumerate(scene.loads.temperatures):
         key = f"loads.temperatures.{index}.on"

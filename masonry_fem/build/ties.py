@@ -18,8 +18,7 @@ import numpy as np
 from scipy import sparse
 
 from masonry_fem.build.stones import Stones, block_names
-from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, Interface
-from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, Interface, local_frames
 from masonry_fem.contact.update import joined
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.joints.laws.parts.tie import Tie

@@ -2,7 +2,7 @@
 
 A command's function ``add(commands, parents)`` adds its parser to ``commands``; ``parents`` has the options
 that commands share, and ``EXAMPLES`` of the file stand in its help. Exit codes are explained in
-``exit_codes``. Heavy libraries are imported within functions, so that ``--help`` does not wait for them.
+``console``. Heavy libraries are imported within functions, so that ``--help`` does not wait for them.
 """
 
 from __future__ import annotations
@@ -36,13 +36,20 @@ from masonry_fem.cli import (
     threshold,
     view,
 )
-from masonry_fem.cli.console import Fitted, complain, speak_readably
-from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
+from masonry_fem.cli.console import (
+    BAD_INPUT,
+    INTERRUPTED,
+    PIPE_CLOSED,
+    WORDS,
+    Fitted,
+    complain,
+    speak_readably,
+)
 from masonry_fem.cli.grammar import Parser, epilog, parents
 from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
 from masonry_fem.host import ranks
-from masonry_fem.host.garbage import left_at_exit
+from masonry_fem.host.memory import left_at_exit
 
 __all__ = ["main", "parser"]
 

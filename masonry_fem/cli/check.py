@@ -17,7 +17,7 @@ def check_scene(options: argparse.Namespace) -> int:
     """Validate a scene and print its sizes."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.inspect import check_scene as check
-    from masonry_fem.records.listing import first_few
+    from masonry_fem.records.remark import first_few
     from masonry_fem.records.told import plain
 
     facts = plain(check(scene, base))

@@ -6,8 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import conclude
-from masonry_fem.cli.exit_codes import COLLAPSE_CODES
+from masonry_fem.cli.console import COLLAPSE_CODES, conclude
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
 
 EXAMPLES = (

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
 
 from masonry_fem.cli.console import complain
 from masonry_fem.cli.grammar import Commands, Parents
@@ -15,15 +14,15 @@ EXAMPLES = (("once after an installation", "masonry-fem compile"),)
 
 def compile_all(options: argparse.Namespace) -> int:
     """Solve small scenes that use all compiled code."""
-    from masonry_fem.analyses.rehearsal import SCENES, rehearse
+    from masonry_fem.analyses.cells.crew import cores
+    from masonry_fem.analyses.rehearsal import SCENES, rehearse, silence
 
-    if not options.verbose:  # what these scenes warn of concerns nobody
-        for name in ("masonry_fem", "masonry_fem.host.compiled"):
-            logging.getLogger(name).setLevel(logging.ERROR)
+    if not options.verbose:
+        silence()
     if not options.quiet:
-        complain("compiling for this processor; the first time this takes one to two minutes")
+        complain("compiling for this processor; the first time this takes up to a minute")
     with phase("scenes", len(SCENES)) as at:
-        for number, name in enumerate(rehearse()):
+        for number, name in enumerate(rehearse(aided=cores() > 1)):
             at(number + 1, f"{number + 1}/{len(SCENES)} {name}")
     return 0
 

@@ -1,4 +1,4 @@
-"""Console: what a command says, complaints on standard error."""
+"""Console: what a command says, complaints on standard error, and exit codes for scripts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,32 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
+BAD_INPUT = 1
+INTERRUPTED = 130
+PIPE_CLOSED = 141
+COLLAPSE_CODES = {
+    "bracketed": 0,
+    "unlimited": 0,
+    "undecided": 2,
+    "falls at the start": 3,
+    "interrupted": INTERRUPTED,
+}
+THRESHOLD_CODES = {
+    "bracketed": 0,
+    "undecided": 2,
+    "stands at both ends": 2,
+    "falls at both ends": 3,
+    "interrupted": INTERRUPTED,
+}
+EXIT_CODES = {"equilibrium": 0, "finished": 0, "no_convergence": 2, "no_equilibrium": 3}
+WORDS = (
+    "Exit codes: 0 equilibrium or finished (collapse, threshold: bracketed; limit: the loads can be "
+    "carried), 1 bad input, or a file that cannot be read or written, 2 no convergence (collapse: undecided; "
+    "threshold: undecided, or it stands at both ends; --refine-to: not reached; study: no cell solved, "
+    "no run decided), 3 no equilibrium (collapse: falls at the start; threshold: falls at both ends), "
+    "129, 130, 143 ended by SIGHUP, Ctrl-C, SIGTERM, with what was written so far readable, "
+    "141 the reader of the output closed it."
+)
 
 NARROW = 72  # columns: narrower tables would cut off figures
 PLAIN = {

@@ -9,7 +9,7 @@ import json
 import math
 from pathlib import Path
 
-from masonry_fem.cli.exit_codes import EXIT_CODES
+from masonry_fem.cli.console import EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents
 
 EXAMPLES = (

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from masonry_fem.cli.exit_codes import BAD_INPUT
+from masonry_fem.cli.console import BAD_INPUT
 from masonry_fem.errors import MasonryError
 
 if TYPE_CHECKING:

@@ -18,12 +18,11 @@ def print_info(options: argparse.Namespace) -> int:
     """Print versions, advice on what is missing, and what scenes may ask for; or the schema of results."""
     if options.schema:
         from masonry_fem.records.told import Ending, schema, text
-        from masonry_fem.results.collapse import CollapseTold
         from masonry_fem.results.incremental import IncrementalTold
         from masonry_fem.results.limit_analysis import LimitAnalysis
+        from masonry_fem.results.search import CollapseTold, ThresholdTold
         from masonry_fem.results.study import StudyTold
         from masonry_fem.results.summary import Summary
-        from masonry_fem.results.threshold import ThresholdTold
 
         print(
             text(

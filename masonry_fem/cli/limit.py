@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 
-from masonry_fem.cli.exit_codes import EXIT_CODES
+from masonry_fem.cli.console import EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
 
 EXAMPLES = (

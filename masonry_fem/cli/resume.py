@@ -6,8 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import conclude_run
-from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
+from masonry_fem.cli.console import BAD_INPUT, EXIT_CODES, conclude_run
 from masonry_fem.cli.grammar import Commands, Parents
 
 EXAMPLES = (

@@ -6,11 +6,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import complain, conclude_run, print_files
-from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
+from masonry_fem.cli.console import BAD_INPUT, EXIT_CODES, complain, conclude_run, print_files
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
 from masonry_fem.errors import MasonryError
-from masonry_fem.host.garbage import put_off
+from masonry_fem.host.memory import put_off
 
 EXAMPLES = (
     ("an arch under its own weight", "masonry-fem run demos/arch.toml --out results/arch"),

@@ -8,8 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.cli.console import complain, print_files
-from masonry_fem.cli.exit_codes import EXIT_CODES, INTERRUPTED
+from masonry_fem.cli.console import EXIT_CODES, INTERRUPTED, complain, print_files
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
 from masonry_fem.host.phases import At, phase
 
@@ -51,7 +50,7 @@ def study_scene(options: argparse.Namespace) -> int:
 def shake_scene(options: argparse.Namespace) -> int:
     """Run a scene under records; the exit code says whether any run could be decided."""
     from masonry_fem.analyses.incremental import incremental
-    from masonry_fem.analyses.incremental.table import print_incremental
+    from masonry_fem.analyses.incremental.outputs import print_incremental
     from masonry_fem.errors import MasonryError
 
     other = [name for name in ("vary", "reference", "quantity") if getattr(options, name)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -59,7 +59,7 @@ def _sweep(low: FloatArray, high: FloatArray, order: IntArray, axis: int, reach:
             if near:
                 if total == len(found):
                     more = np.empty((2 * total, 2), dtype=np.int64)
-                    more[:total] = found
+                    put(more, found)
                     found = more
                 found[total, 0], found[total, 1] = i, j
                 total += 1

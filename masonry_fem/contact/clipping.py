@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -31,7 +31,7 @@ def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArra
     now = np.empty((len(subject) + len(window), 2))
     new = np.empty_like(now)
     count = len(subject)
-    now[:count] = subject
+    put(now, subject)
     for edge in range(len(window)):
         px, py = window[edge, 0], window[edge, 1]
         after = (edge + 1) % len(window)
@@ -171,8 +171,9 @@ def common_parts(
     Corners in the planes, padded (m, k, d - 1) [m]; how many are real (m,); areas, in 2D lengths (m,).
     """
     if at.shape[2] == 3:
-        frames = np.ascontiguousarray(basis)  # one layout, or all of it is compiled twice
-        return _common_polygons(at, count, candidate, antagonist, origin, frames, tolerance)  # type: ignore[no-any-return]
+        # one layout, or all of it is compiled twice
+        pairs_and_planes = map(np.ascontiguousarray, (candidate, antagonist, origin, basis))
+        return _common_polygons(at, count, *pairs_and_planes, tolerance)  # type: ignore[no-any-return]
     along = [
         np.einsum("mkd,md->mk", at[rows] - origin[:, None], basis[:, 0]) for rows in (candidate, antagonist)
     ]
@@ -204,6 +205,6 @@ def _common_polygons(
                 window[k, p] = ((at[a, k] - origin[m]) * basis[m, p]).sum()
         polygon = clip(subject, window, tolerance[m])
         corners[m] = len(polygon)
-        result[m, : len(polygon)] = polygon
+        put(result[m], polygon)
         area[m] = polygon_area(polygon)
     return result, corners, area

@@ -2,6 +2,7 @@
 
     found = overlaps(skin, points)
     found.pairs, found.depth
+    overlapping(assembly)               # the same for blocks in their initial positions
 
 There are three measures. Convex blocks that keep their shape are judged by separating axes, which is exact.
 If both have very many edges, the diameter of the largest ball in both replaces it. If one is deformed or not
@@ -18,11 +19,13 @@ from numpy.typing import NDArray
 
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import common_parts
+from masonry_fem.contact.contacts import height, local_frames
 from masonry_fem.contact.facing import facing_rows
-from masonry_fem.contact.kinematics import height, local_frames
-from masonry_fem.contact.skin import Skin
+from masonry_fem.contact.skin import Layout, Skin
 from masonry_fem.host.compiled import compiled
+from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 ROUNDING = 1e-6  # of the smaller block's least extent: smaller overlaps are rounding errors
@@ -258,3 +261,29 @@ def _ball_in_both(one: FloatArray, two: FloatArray) -> float:
     )
     assert best.x is not None  # bounded, and feasible with a negative radius
     return 2 * size * float(best.x[-1])
+
+
+def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
+    """Pairs of blocks (numbers) that penetrate, and the depth [m].
+
+    Supports do not move, so they may penetrate each other.
+    """
+    vertices = [assembly.solid(number).vertices for number in range(len(assembly.blocks))]
+    start = np.cumsum([0, *(len(own) for own in vertices)])
+    shapes = np.array([block.shape for block in assembly.blocks])
+    used = [np.flatnonzero(shapes == shape) for shape in np.unique(shapes)]
+    skin = Skin.of(assembly, [Layout(int(shapes[own[0]]), False, own, start[own]) for own in used])
+    found = overlaps(skin, np.concatenate(vertices))
+    return [
+        (one, two, depth)
+        for (one, two), depth in zip(found.pairs.tolist(), found.depth.tolist(), strict=True)
+    ]
+
+
+def thickness(solid: Polytope) -> float:
+    """The least of the solid's extents behind its faces [m]."""
+    points = solid.vertices
+    return min(
+        float(((points[loop[0]] - points) @ solid.normal(face)).max())
+        for face, loop in enumerate(solid.faces)
+    )

@@ -16,16 +16,14 @@ import numpy as np
 
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import common_parts
-from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.contacts import Interface, height, local_frames
 from masonry_fem.contact.facing import FacePairs, facing, orient
 from masonry_fem.contact.foothold import footholds
-from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import standing_pairs
 from masonry_fem.errors import GeometryError
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray

@@ -9,7 +9,7 @@ import numpy as np
 
 from masonry_fem.contact.posed import Posed, clearances
 from masonry_fem.contact.surface import PosedFaces
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -97,7 +97,7 @@ def facing_rows(
                     continue
                 if total == len(found):
                     more = np.empty((2 * total, 2), dtype=np.int64)
-                    more[:total] = found
+                    put(more, found)
                     found = more
                 found[total, 0], found[total, 1] = i, j
                 total += 1

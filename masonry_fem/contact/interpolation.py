@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray
 
@@ -56,7 +56,7 @@ def weights_at(kind: int, nodes: FloatArray, points: FloatArray) -> FloatArray:
     """
     result = np.empty(nodes.shape[:2])
     for i in range(len(points)):
-        result[i] = _shape(kind, _inverse(kind, nodes[i], points[i]))[0]
+        put(result[i], _shape(kind, _inverse(kind, nodes[i], points[i]))[0])
     return result
 
 
@@ -65,7 +65,7 @@ def _inverse(kind: int, nodes: FloatArray, point: FloatArray) -> FloatArray:
     """Local coordinates of the facet point nearest to ``point``, by Gauss-Newton, shape (2,)."""
     local = np.zeros(2)
     if kind in (TRIANGLE, TRIANGLE6):
-        local[:] = 1 / 3
+        local[0] = local[1] = 1 / 3
     flat = kind in (LINE, LINE3)
     for _ in range(NEWTON_LIMIT):
         value, slope = _shape(kind, local)
@@ -119,7 +119,7 @@ def _shape(kind: int, local: FloatArray) -> tuple[FloatArray, FloatArray]:
         value, slope = _quadratic(x)
         order = np.array([0, 2, 1])
         slopes = np.zeros((2, 3))
-        slopes[0] = slope[order]
+        put(slopes[0], slope[order])
         return value[order], slopes
     if kind == TRIANGLE6:
         z = 1 - x - y

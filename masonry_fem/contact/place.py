@@ -9,8 +9,7 @@ from hashlib import blake2b
 import numpy as np
 from scipy import sparse
 
-from masonry_fem.contact.contacts import Contacts, Interface
-from masonry_fem.contact.kinematics import height, local_frames
+from masonry_fem.contact.contacts import Contacts, Interface, height, local_frames
 from masonry_fem.contact.placement import names, points_of, together_of
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots

@@ -12,8 +12,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from masonry_fem.contact.contacts import local_frames
 from masonry_fem.contact.interpolation import CORNERS_OF
-from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from masonry_fem.contact.contacts import local_frames
 from masonry_fem.contact.interpolation import CORNERS_OF
-from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.smooth import smooth_faces
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.mesh import IntArray, Mesh

@@ -11,9 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.contact.clipping import depths
-from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.contacts import Interface, local_frames
 from masonry_fem.contact.crossing import crossings
-from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.posed import Posed
 from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray

@@ -264,6 +264,11 @@ class Deformable[S: Deformed](Meshed[S]):
         """
         return self.constitution.promoted(state)
 
+    def warmed(self, state: S) -> FloatArray | None:
+        """Strain by temperature of each block in a state, shape (b,); None where there is none."""
+        warming = self.constitution.warming
+        return None if warming is None else warming.strain(state.time)
+
     @property
     def material_name(self) -> str:
         """The law of their material, for reports."""

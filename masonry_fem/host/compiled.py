@@ -18,7 +18,7 @@ from numba.core import event
 
 from masonry_fem.host.phases import At, listener
 
-__all__ = ["compiled"]
+__all__ = ["compiled", "put"]
 
 TELLING = 3  # functions whose mean time tells that of others
 logger = logging.getLogger(__name__)
@@ -31,6 +31,18 @@ def compiled(*function: Any, **options: Any) -> Any:
     global _known  # noqa: PLW0603
     _known += "inline" not in options  # those are compiled with what calls them
     return njit(*function, cache=True, **options)
+
+
+@compiled
+def put(target: Any, values: Any) -> None:
+    """``target[: len(values)] = values``; Numba's own takes seconds to compile its error message.
+
+    Parameters
+    ----------
+    target : Array in C order. values : Array that is no longer and has the same shape otherwise.
+    """
+    for i in range(values.size):
+        target.flat[i] = values.flat[i]
 
 
 class _Telling(event.Listener):

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.importing.endings import DRAWINGS, PROGRAMS
+from masonry_fem.importing import DRAWINGS, PROGRAMS
 
 BEGINNINGS = {
     ".msh": b"$MeshFormat",

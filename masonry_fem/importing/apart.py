@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import GeometryError, MasonryError
-from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.remark import Remark, remark
+from masonry_fem.records.structure import Reading
 
 logger = logging.getLogger(__name__)
 

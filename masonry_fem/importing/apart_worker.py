@@ -21,8 +21,8 @@ import psutil
 
 from masonry_fem.errors import MasonryError
 from masonry_fem.importing.apart import TOO_LARGE, Answer
-from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.remark import gathered
+from masonry_fem.records.structure import Reading
 
 SLACK = 5.0  # CPU time beyond the limit [s]; normally the caller ends this process first
 

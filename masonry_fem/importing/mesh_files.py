@@ -20,20 +20,20 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.importing import COMPAS, DRAWINGS, INPUTS, MESHES, PROGRAMS, SURFACES, VOLUMES
 from masonry_fem.importing.abaqus import read_abaqus
 from masonry_fem.importing.alone import alone
 from masonry_fem.importing.compas import read_compas
-from masonry_fem.importing.endings import COMPAS, DRAWINGS, INPUTS, MESHES, PROGRAMS, SURFACES, VOLUMES
+from masonry_fem.importing.foreign import check_points
 from masonry_fem.importing.naming import UNSELECTABLE, Names, tell_renamed, unlike
 from masonry_fem.importing.outline import outline
 from masonry_fem.importing.skin import Skin, once, shape_of
-from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.surfaces import read_surfaces
 from masonry_fem.importing.volumes import read_volumes
 from masonry_fem.meshing.cells import boundary_facets, corner_count, turned
 from masonry_fem.meshing.session import Elements, elements_of, node_positions, session
-from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.remark import remark
+from masonry_fem.records.structure import MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose

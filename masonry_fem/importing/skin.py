@@ -20,9 +20,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.importing.foreign import LARGEST, SMALLEST, check_points
 from masonry_fem.importing.outline import outline
 from masonry_fem.importing.sewing import bodies_of
-from masonry_fem.importing.soundness import LARGEST, SMALLEST, check_points
 from masonry_fem.importing.triangles import area_vector, triangles_of
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray

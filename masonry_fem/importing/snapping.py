@@ -17,9 +17,9 @@ import numpy as np
 
 from masonry_fem.importing.common_lines import CommonLines
 from masonry_fem.importing.sides import Sides
+from masonry_fem.importing.triangles import turn
 from masonry_fem.importing.trimming import trimmed
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -187,9 +187,6 @@ def crosses_itself(outline: FloatArray) -> bool:
     """Whether two sides that are no neighbours cross."""
     n = len(outline)
     ends = np.roll(outline, -1, axis=0)
-
-    def turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-        return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
     for i in range(n):
         for j in range(i + 2, n - (i == 0)):

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.importing.meshio_reading import quietly_read
+from masonry_fem.importing.foreign import quietly_read
 from masonry_fem.importing.naming import UNSPACED, Names, tell_renamed, unlike
 from masonry_fem.importing.skin import Skin, parts_of, rows_by
 from masonry_fem.solid.pose import FloatArray

@@ -17,13 +17,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.importing.foreign import check_points
 from masonry_fem.importing.snapping import crosses_itself, snapped
-from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.survey_reading import Measured, read_survey
 from masonry_fem.importing.triangles import area_vector
 from masonry_fem.importing.wall_plane import WallPlane
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.solid.prism import prism

@@ -30,7 +30,7 @@ def triangles_of(points: FloatArray, loop: tuple[int, ...]) -> list[tuple[int, i
     if len(loop) == 3:
         return [(loop[0], loop[1], loop[2])]
     flat = _flattened(points[list(loop)])
-    turns = [_turn(flat[i - 1], flat[i], flat[(i + 1) % len(flat)]) for i in range(len(flat))]
+    turns = [turn(flat[i - 1], flat[i], flat[(i + 1) % len(flat)]) for i in range(len(flat))]
     if len(loop) == 4 and min(turns) > 0:
         return _quartered(points, loop)
     return [(loop[a], loop[b], loop[c]) for a, b, c in ears(flat)]
@@ -43,7 +43,7 @@ def ears(flat: FloatArray) -> list[tuple[int, int, int]]:
         best, fattest = 0, -np.inf
         for i in range(len(rows)):
             a, b, c = rows[i - 1], rows[i], rows[(i + 1) % len(rows)]
-            area = _turn(flat[a], flat[b], flat[c])
+            area = turn(flat[a], flat[b], flat[c])
             longest = max(_length(flat[a], flat[b]), _length(flat[b], flat[c]), _length(flat[c], flat[a]))
             fat = area / longest**2 if longest > 0 else 0.0
             if fat > fattest and (fat <= 0 or not _holds_another(flat, rows, a, b, c)):
@@ -79,15 +79,16 @@ def _holds_another(flat: FloatArray, rows: list[int], a: int, b: int, c: int) ->
             continue
         point = flat[row]
         if (
-            _turn(flat[a], flat[b], point) > 0
-            and _turn(flat[b], flat[c], point) > 0
-            and _turn(flat[c], flat[a], point) >= 0
+            turn(flat[a], flat[b], point) > 0
+            and turn(flat[b], flat[c], point) > 0
+            and turn(flat[c], flat[a], point) >= 0
         ):
             return True
     return False
 
 
-def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+def turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Twice the area of a triangle with corners (2,), positive where they run counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.importing.meshio_reading import quietly_read
+from masonry_fem.importing.foreign import quietly_read
 from masonry_fem.meshing.session import Elements
 from masonry_fem.solid.mesh import NODES_OF, IntArray
 from masonry_fem.solid.pose import FloatArray

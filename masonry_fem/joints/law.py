@@ -18,7 +18,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, override
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,6 +160,30 @@ class Law(ABC):
     @abstractmethod
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         """Energy that the joint can give back [J], shape (c,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer(Law):
+    """What lies on another law, on which it falls back, such as a bed or the roughness of faces.
+
+    Attributes
+    ----------
+    law : What holds the faces together.
+    """
+
+    law: Law
+
+    @override
+    def initial(self, count: int, dimension: int) -> JointState:
+        return self.law.initial(count, dimension)
+
+    @override
+    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self.law.adhesive_reaction(state, area)
+
+    @override
+    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self.law.stored(state, area)
 
 
 def rub(

@@ -2,6 +2,7 @@
 
     problem = limit_problem(model, live=["points.*"])
     problem.equilibrium @ force + problem.dead + factor * problem.live      # 0: balanced
+    mechanism_of(problem, velocity).sentence()    # "7 blocks move in 3 parts; 4 hinges: ..."
 
 Forces are divided by the mean load of a block and lengths by the model's typical size, so that results do not
 depend on units. All blocks are taken as rigid, whatever their fidelity.
@@ -17,15 +18,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.bodies.rotation import lever, moment
+from masonry_fem.bodies.rotation import lever, moment, spin_count
 from masonry_fem.limit.strength import Strength, strength_of
 from masonry_fem.march.coupling import SIGN, Placement, connect
+from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.model import Model
+from masonry_fem.march.motion import BlockMotion, PointMotion
+from masonry_fem.march.recognition import recognise
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 OPEN = 1e-3  # of the typical size: a contact point with a larger gap bears nothing
+
+AT_REST = 1e-6  # of the speed of the fastest corner: slower blocks are at rest
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,3 +237,29 @@ def _unit_wrenches(arms: FloatArray, directions: FloatArray, length: float) -> F
     # lever(arm) takes a spin to the velocity at the arm: its transpose takes a force to its moment
     moments = directions @ lever(arms) / length
     return np.concatenate([directions, moments], axis=2)
+
+
+def mechanism_of(problem: LimitProblem, velocity: FloatArray) -> Mechanism:
+    """The mechanism that the dual velocities of a program describe.
+
+    Parameters
+    ----------
+    problem : Blocks and contact points.
+    velocity : Velocities and spins block by block, in the problem's units; what follows them is ignored.
+    """
+    d, assembly = problem.dimension, problem.model.assembly
+    free = velocity[: len(problem.blocks) * (3 if d == 2 else 6)].reshape(len(problem.blocks), -1)
+    count = len(assembly.blocks)
+    motion = BlockMotion(
+        centre=np.stack([assembly.solid(block).vertices.mean(axis=0) for block in range(count)]),
+        velocity=np.zeros((count, d)),
+        spin=np.zeros((count, spin_count(d))),
+        held=~np.isin(np.arange(count), problem.blocks),
+        corners=tuple(assembly.solid(block).vertices for block in range(count)),
+    )
+    motion.centre[problem.blocks] = problem.centre
+    motion.velocity[problem.blocks] = free[:, :d]
+    motion.spin[problem.blocks] = free[:, d:] / problem.length
+    faces = problem.active & ~problem.model.contacts.tied
+    points = PointMotion(problem.points, problem.frame, faces)
+    return recognise(problem.model, motion, points, rest=AT_REST, friction=problem.strength.friction)

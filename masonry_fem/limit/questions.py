@@ -29,8 +29,7 @@ from scipy import sparse
 from masonry_fem.errors import ProblemError
 from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
-from masonry_fem.limit.mechanism import mechanism_of
-from masonry_fem.limit.problem import FloatArray, LimitProblem
+from masonry_fem.limit.problem import FloatArray, LimitProblem, mechanism_of
 from masonry_fem.limit.program import AT_BOUND, Optimum, Program
 from masonry_fem.limit.simplest import simplest
 from masonry_fem.march.mechanism import Mechanism

@@ -24,14 +24,12 @@ from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure
 from masonry_fem.march.model import Model
 from masonry_fem.march.overhang import tell_overhang
-from masonry_fem.march.promotion import tell_promoted
 from masonry_fem.march.standing import Found, Keep, Standing
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
 from masonry_fem.march.step_report import StepReport
-from masonry_fem.march.troubles import Troubles
-from masonry_fem.march.unrest import could_rest, drift, within_tolerance
-from masonry_fem.march.verdict import End, Verdict, sentence
+from masonry_fem.march.troubles import Troubles, tell_promoted
+from masonry_fem.march.verdict import End, Verdict, could_rest, drift, sentence, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.records.remark import remark
@@ -290,10 +288,12 @@ class _Course:
         model, headway = made.model, self.headway
         built = model.contacts is self.first.contacts and not model.found
         found = None if built else Found(model.interfaces, model.contacts, model.joint_records)
+        state = rested(model, made.step.after, strategy.kept)
         return Standing(
-            headway.done, headway.largest, self.start, rested(model, made.step.after, strategy.kept), found,
+            headway.done, headway.largest, self.start, state, found,
             self.ledger, self.witness.seen, self.troubles.noted, dict(self.clock.phases),
             self.coupling.structure.factored,
+            tuple(group.warmed(own) for group, own in zip(model.groups, state.bodies, strict=True)),
         )  # fmt: skip
 
     def reached(self, strategy: Strategy) -> Standing | None:

@@ -114,8 +114,9 @@ def _overlap(state: SystemState) -> FloatArray:
 
 
 def _load(acting: Acting) -> float:
-    """Sum of the magnitudes of the blocks' loads [N]."""
-    return float(lengths(acting.load[:, : acting.centre.shape[1]]).sum())
+    """Sum of the magnitudes of the blocks' loads, or where there are none of what clamps give [N]."""
+    loads = float(lengths(acting.load[:, : acting.centre.shape[1]]).sum())
+    return loads or float(acting.held.sum())
 
 
 def support_resultants(model: Model, made: Increment, contact: FloatArray) -> dict[str, FloatArray]:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.records.told import Told
 
 FloatArray = NDArray[np.float64]

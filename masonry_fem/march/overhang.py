@@ -17,8 +17,7 @@ from masonry_fem.contact.surface import surfaces_of
 from masonry_fem.march.acting import extents
 from masonry_fem.march.model import Model
 from masonry_fem.march.step import Increment
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 
 PAST = 1e-2  # of the smaller block: how far past the end of a face may be borne without a word
 SHOWN = 3  # pairs that are named

@@ -79,6 +79,7 @@ class Standing:
     ledger : Energies so far. seen : What its witness keeps. troubles : What its steps left undone, by name.
     seconds : CPU time by phase [s].
     factored : Its contact solver has given up iterations for factors.
+    warmed : Strains by temperature of the blocks of each group, shape (b,); None where there are none.
     """
 
     done: int
@@ -91,6 +92,7 @@ class Standing:
     troubles: dict[str, Any]
     seconds: dict[str, float]
     factored: bool
+    warmed: tuple[np.ndarray | None, ...] = ()
 
 
 class Keep(Protocol):

@@ -4,6 +4,7 @@ troubles = Troubles()
 troubles.see(made, report)                                           # each step that the march goes on from
 troubles.tell_steps(report, strategy, settings)
 troubles.tell_overlaps(made, report, model.length, start.gap)
+tell_promoted(model, state)                                          # stones that became inelastic on the way
 """
 
 from __future__ import annotations
@@ -13,15 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray
+from masonry_fem.bodies.base import FloatArray, nonlinear
 from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.increments import ABRUPT
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
 from masonry_fem.nscd import Outcome, SolverSettings
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 
 DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
+SHOWN = 5  # stones that the remark's sentence names
 
 
 class Troubles:
@@ -157,3 +161,30 @@ class Troubles:
                 "blocks lie between others that do not give way; they were held where they are. Make "
                 "room, or make the blocks elastic",
             )
+
+
+def tell_promoted(model: Model, state: SystemState) -> None:
+    """Remark on the stones of fidelity ``auto`` that became inelastic, and when.
+
+    Parameters
+    ----------
+    model : The structure. state : Where its march ended.
+    """
+    times = {
+        model.assembly.blocks[block].name: since
+        for group, own in zip(model.groups, state.bodies, strict=True)
+        if group.nonlinear and (known := nonlinear(group).promoted(own)) is not None
+        for block, since in zip(group.blocks.tolist(), known.tolist(), strict=True)
+    }
+    names = sorted(
+        (name for name, since in times.items() if np.isfinite(since)), key=lambda name: times[name]
+    )
+    if not names:
+        return
+    shown = first_few((f"'{name}' at t = {times[name]:.4g}" for name in names), SHOWN)
+    remark(
+        "promoted",
+        f"{len(names)} of {len(times)} stones of fidelity 'auto' became inelastic, as their stress came to "
+        f"promote_at of that of first yield: {shown}",
+        *names,
+    )

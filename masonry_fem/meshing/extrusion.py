@@ -14,7 +14,7 @@ import numpy as np
 from masonry_fem.meshing.cells import HEXAHEDRON, QUAD, boundary_facets, turned
 from masonry_fem.meshing.mesher import DIVISIONS
 from masonry_fem.meshing.session import elements_of, node_positions, session
-from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.structure import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope

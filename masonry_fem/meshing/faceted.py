@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from masonry_fem.meshing.mesher import along_curves, divisions_along, is_curved
-from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.structure import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope

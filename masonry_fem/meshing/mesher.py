@@ -13,7 +13,7 @@ import numpy as np
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.meshing.cells import HEXAHEDRON, QUAD, TETRA_EDGES, TRIANGLE_EDGES, boundary_facets
-from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.structure import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope

@@ -50,7 +50,8 @@ def measured(
             trial[axis] = p[axis] - motion[axis]
         normal, tangent = trial[0], _tangent(trial)
         if mu * tangent <= -normal:  # within the polar cone
-            motion[:] = p
+            for axis in range(d):
+                motion[axis] = p[axis]
         elif tangent > mu * normal:
             excess = (tangent - mu * normal) / (1.0 + mu * mu)
             motion[0] -= mu * excess

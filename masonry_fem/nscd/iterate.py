@@ -157,9 +157,7 @@ def _iterated(
         known = None
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
-        if listener() is not None:
-            way = _share(history[0][1], best.error, settings.tolerance)
-            at(way, f"{made} iterations, error {best.error:.0e}")
+        _tell(at, made, history[0][1], best.error, settings.tolerance)
         outcome = _ended(quality, offer, settings, made, limit, time.monotonic() - wall)
         if outcome is not None:
             break
@@ -183,11 +181,13 @@ def _iterated(
     )
 
 
-def _share(first: float, error: float, wanted: float) -> float:
-    """How much of the way to the wanted error is gone, by orders of magnitude."""
-    if not 0 < wanted < error < first < np.inf:
-        return 0.0
-    return float(np.log(first / error) / np.log(first / wanted))
+def _tell(at: At, made: int, first: float, error: float, wanted: float) -> None:
+    """Tell who listens how much of the way to the wanted error is gone, by orders of magnitude."""
+    if listener() is None:
+        return
+    known = 0 < wanted < error < first < np.inf
+    way = float(np.log(first / error) / np.log(first / wanted)) if known else 0.0
+    at(way, f"{made} iterations, error {error:.0e}")
 
 
 def _begun(

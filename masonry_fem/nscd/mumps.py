@@ -10,12 +10,14 @@ Of a single matrix that is large only the factor is kept:
 
     factor = MumpsFactor(matrix, definite=True)
     x = factor.answer(rhs)
+    part = inverse_entries(petsc, factor, rows, columns)        # single entries of the inverse
     inverse = factor.columns(numbers)
     part = factor.among(numbers)        # rows and columns of it
 """
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import shutil
 import tempfile
@@ -30,7 +32,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import InstallationError
-from masonry_fem.nscd.inverse import inverse_entries
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -52,6 +53,43 @@ ON_DISK = {22: 1, 35: 0}
 # each time a part of the factor is read.
 AT_ONCE, TOGETHER = 256, {27: 128}
 LARGE = 50_000  # rows from which factors go to disk: a third of the memory with 90 000 (307 MB, not 872)
+
+
+@cache
+def _library(path: str) -> ctypes.CDLL:
+    """PETSc, as petsc4py has loaded it from its own file."""
+    return ctypes.CDLL(path)
+
+
+def inverse_entries(petsc: Any, factor: Any, rows: IntArray, columns: IntArray) -> FloatArray:
+    """Rows of some columns of the inverse, transposed: shape (c, r).
+
+    For entries in few rows MUMPS reads a part of the factor only, and makes no column of the inverse as a
+    whole. petsc4py has no name for this: PETSc's own function is called.
+
+    Parameters
+    ----------
+    petsc : petsc4py.PETSc. factor : Of MUMPS, made.
+    rows : Ascending, shape (r,). columns : Ascending, shape (c,).
+
+    References
+    ----------
+    P. R. Amestoy, I. S. Duff, J.-Y. L'Excellent, Y. Robert, F.-H. Rouet and B. Uçar, "On computing inverse
+    entries of a sparse matrix in an out-of-core environment", SIAM Journal on Scientific Computing 34 (2012).
+    """
+    size = factor.getSize()[0]
+    count = np.zeros(size + 1, dtype=petsc.IntType)
+    count[columns + 1] = len(rows)
+    places = np.cumsum(count, dtype=petsc.IntType), np.tile(rows.astype(petsc.IntType), len(columns))
+    entries = np.zeros((len(columns), len(rows)))
+    asked = petsc.Mat().createAIJWithArrays((size, size), (*places, entries.ravel()), comm=petsc.COMM_SELF)
+    given = petsc.Mat().createTranspose(asked)
+    handles = (ctypes.c_void_p(one.handle) for one in (factor, given))
+    error = _library(petsc.__file__).MatMumpsGetInverse(*handles)
+    factor.setMumpsIcntl(30, 0)  # it is for solutions again
+    if error:
+        raise np.linalg.LinAlgError(f"PETSc's MatMumpsGetInverse fails with error {error}")
+    return entries
 
 
 @cache

@@ -6,6 +6,7 @@ stands for them, and a solution in the plane is one in space.
 
     form = plane_form(problem)              # None: it moves in space
     flat = form.problem                     # d = 2, m = 3
+    solution = iterate(problem, InPlane(InteriorPoint(), form), settings)
     p = form.impulse(flat_impulse); flat_p = form.flat_impulse(p)
 
 Nothing but the problem is asked: the plane is what all normals and all loads lie in, a block's spin in it
@@ -14,14 +15,17 @@ what none of its points leaves the plane by.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.iterate import Iterate, Method, Run
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import free_speed
+from masonry_fem.nscd.settings import SolverSettings, Start
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -247,3 +251,56 @@ def _alike(
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return first[order], rank[member.ravel()]
+
+
+@dataclass(frozen=True, slots=True)
+class InPlane:
+    """A method that solves a problem in space in its plane.
+
+    Attributes
+    ----------
+    inner : The method in the plane.
+    form : The problem's form there.
+    """
+
+    inner: Method
+    form: PlaneForm
+
+    @property
+    def name(self) -> str:
+        """The inner method's."""
+        return self.inner.name
+
+    @property
+    def iterations(self) -> int:
+        """The inner method's own limit."""
+        return self.inner.iterations
+
+    def init(self, problem: ContactProblem, start: Start | None) -> InPlaneRun:
+        """A run on the problem that the form was made of."""
+        if start is not None:
+            given, velocity = start.impulse, start.rigid_velocity
+            start = Start(
+                None if given is None else self.form.flat_impulse(given),
+                None if velocity is None else self.form.flat_velocity(velocity),
+            )
+        return InPlaneRun(self.inner.init(self.form.problem, start), self.form)
+
+
+class InPlaneRun:
+    """A run in the plane, its offers those in space."""
+
+    def __init__(self, run: Run, form: PlaneForm) -> None:
+        self._run, self._form = run, form
+
+    def guess(self) -> Iterate:
+        """Where it starts."""
+        return self._in_space(self._run.guess())
+
+    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
+        """The inner run's next offer; ``quality`` is in space."""
+        return self._in_space(self._run.step(quality, settings))
+
+    def _in_space(self, offer: Iterate) -> Iterate:
+        impulse, velocity = self._form.impulse(offer.impulse), self._form.velocity(offer.rigid_velocity)
+        return replace(offer, impulse=impulse, rigid_velocity=velocity)

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling, weakened
 from masonry_fem.nscd.cohesion import onto_cones
-from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.methods import make_method
 from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.outcome import Outcome, Solution
+from masonry_fem.nscd.plane import InPlane
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses

@@ -20,10 +20,9 @@ from functools import cached_property
 from typing import Literal
 
 from masonry_fem.nscd.admissible import Admissible, at_limit
-from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import make_method
-from masonry_fem.nscd.plane import PlaneForm, plane_form
+from masonry_fem.nscd.plane import InPlane, PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.output import fields
-from masonry_fem.output.depth import by_depth, faded
+from masonry_fem.output.backdrop import by_depth, faded
 from masonry_fem.output.render import Stage
 from masonry_fem.output.sheet import round_down
 

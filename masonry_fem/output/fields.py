@@ -9,13 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.joints.law import layers_of
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import tie_forces
 from masonry_fem.output.grid import Grid, three
-from masonry_fem.output.strength import Strengths, utilisation
+from masonry_fem.output.strength import Strengths, principal, utilisation, von_mises
 
 FloatArray = NDArray[np.float64]
 Arrays = dict[str, NDArray[np.generic]]

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.contacts import Interface, local_frames
 from masonry_fem.march.model import Model
 from masonry_fem.output.polygon_moments import polygon_moments
 from masonry_fem.solid.assembly import Assembly

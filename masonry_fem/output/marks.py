@@ -2,6 +2,7 @@
 
     stage.mark(bands(stage.view, starts, ends, widths), "#1f5fa8")
     stage.mark(discs(stage.view, points, radius), "#c8352b", rank=5)
+    mark_ties(stage, sheet, scenery, shape, factor)             # bands as wide as their force
 
 Sizes are in metres; ``stage.scale`` is the number of pixels per metre.
 """
@@ -12,12 +13,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from masonry_fem.output.render import View
+from masonry_fem.output import fields
+from masonry_fem.output.render import Stage, View
+from masonry_fem.output.scenery import DeformedShape, Scenery
+from masonry_fem.output.sheet import Key, Sheet, quantity
 
 FloatArray = NDArray[np.float64]
 
 CORNERS = 24  # of a disc
+
+TIE, SLACK = "#a3123a", "#8b939c"
+WIDEST, THINNEST = 6.0, 1.6  # bands [pixels]
+LEAST = 1e-9  # of the greatest force of a tie: those that bear less are slack
 
 
 def bands(view: View, starts: FloatArray, ends: FloatArray, widths: FloatArray) -> Any:
@@ -64,3 +73,34 @@ def polygons(corners: FloatArray) -> Any:
         return pv.PolyData()
     faces = np.concatenate([np.full((count, 1), k), np.arange(count * k).reshape(count, k)], axis=1)
     return pv.PolyData(corners.reshape(-1, 3), faces=faces.ravel())
+
+
+def mark_ties(stage: Stage, sheet: Sheet, scenery: Scenery, shape: DeformedShape, factor: float) -> None:
+    """Draw the ties of a scenery over all else, with a line of the legend.
+
+    Parameters
+    ----------
+    stage, sheet : The picture.
+    scenery : What is drawn; without ties nothing is done.
+    shape : Its blocks.
+    factor : By which their displacements are amplified.
+    """
+    if scenery.ties is None:
+        return
+    starts = np.asarray(scenery.ties.points, float)
+    ends = starts + np.asarray(scenery.ties.point_data[fields.TIE], float)
+    force = np.linalg.norm(np.asarray(scenery.ties.point_data[fields.REACTION], float), axis=1)
+    moved = np.asarray(shape.surface.point_data[fields.DISPLACEMENT], float)
+    nearest = cKDTree(np.asarray(shape.surface.points) + moved)
+    starts, ends = (at + (factor - 1.0) * moved[nearest.query(at)[1]] for at in (starts, ends))
+    top = float(force.max(initial=0.0))
+    taut = force > LEAST * top
+    wide = np.maximum(WIDEST * force / (top or 1.0), THINNEST) / stage.scale
+    for colour, own in ((SLACK, ~taut), (TIE, taut)):
+        both = np.repeat(wide[own, None], 2, axis=1)
+        stage.mark(bands(stage.view, starts[own], ends[own], both), colour, rank=2)
+    if taut.any():
+        words = "tie" if len(force) == 1 else "greatest force of a tie"
+        sheet.keys.append(Key(f"{quantity(top, scenery.force_unit)}, {words}", TIE, "line", 30))
+    if not taut.all():
+        sheet.keys.append(Key("tie that is slack", SLACK, "line", 30))

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from masonry_fem.output import fields
 from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample
+from masonry_fem.output.marks import mark_ties
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import (
@@ -27,7 +28,6 @@ from masonry_fem.output.sheet import (
     prefix_of,
     quantity,
 )
-from masonry_fem.output.tie_marks import mark_ties
 
 THRUST = "#e0218a"  # a colour that the stress scale has not
 LONGEST = 0.8  # length of the longest arrow over a block's size

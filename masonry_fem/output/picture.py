@@ -22,9 +22,8 @@ from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK
 from masonry_fem.output import fields
 from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample, reactions
 from masonry_fem.output.backdrop import GHOST, draw_pale, title_of
-from masonry_fem.output.error_picture import draw_error
 from masonry_fem.output.joint_map import draw_opening, draw_sliding
-from masonry_fem.output.material_picture import draw_measure, measures_of
+from masonry_fem.output.marks import mark_ties
 from masonry_fem.output.overview import draw_overview
 from masonry_fem.output.principal_picture import COMPRESSION, draw_principal
 from masonry_fem.output.render import Stage, View
@@ -40,9 +39,8 @@ from masonry_fem.output.sheet import (
     prefix_of,
     quantity,
 )
+from masonry_fem.output.stone_pictures import draw_error, draw_measure, draw_utilisation, measures_of
 from masonry_fem.output.thrust import draw_thrust
-from masonry_fem.output.tie_marks import mark_ties
-from masonry_fem.output.utilisation_picture import draw_utilisation
 
 FloatArray = NDArray[np.float64]
 

@@ -11,8 +11,7 @@ from scipy.spatial import cKDTree
 
 from masonry_fem.output import fields
 from masonry_fem.output.arrows import legend_sample
-from masonry_fem.output.backdrop import draw_pale, title_of
-from masonry_fem.output.depth import by_depth, faded
+from masonry_fem.output.backdrop import by_depth, draw_pale, faded, title_of
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import Key, Sheet, quantity

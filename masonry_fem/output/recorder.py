@@ -89,6 +89,26 @@ class Recorder(Protocol):
         ...
 
 
+class LastState:
+    """What recorders share that write of the last state only: they keep it, which costs nothing."""
+
+    dense = True
+    amendable = True
+    last: tuple[Model, SystemState] | None = None
+
+    def start(self, model: Model) -> None:
+        """Nothing is written before the end."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Keep the state."""
+        self.last = model, state
+
+    def taken(self) -> tuple[Model, SystemState] | None:
+        """The state, which is written once."""
+        last, self.last = self.last, None
+        return last
+
+
 @dataclass(frozen=True, slots=True)
 class _Moment:
     model: Model

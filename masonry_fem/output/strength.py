@@ -1,4 +1,4 @@
-"""Strength: what share of its strength a stress takes.
+"""Strength: what share of its strength a stress takes, and invariants of stresses (xx, yy, zz, xy, yz, xz).
 
     strengths = Strengths(tension, compression, 2.2, 0.05)      # of each block, characteristic
     utilisation(principal, strengths.tension_design, strengths.compression_design)
@@ -82,3 +82,24 @@ def shares(principal: FloatArray, tension: FloatArray, compression: FloatArray) 
     pulled = np.maximum(principal.max(axis=-1), 0.0) / tension
     pressed = np.maximum(-principal.min(axis=-1), 0.0) / compression
     return np.nan_to_num(np.stack([pulled, pressed], axis=-1))
+
+
+def tensor(stress: FloatArray) -> FloatArray:
+    """The symmetric matrices of components (..., 6), shape (..., 3, 3)."""
+    components: FloatArray = stress[..., [0, 3, 5, 3, 1, 4, 5, 4, 2]]
+    matrices: FloatArray = components.reshape(*stress.shape[:-1], 3, 3)
+    return matrices
+
+
+def von_mises(stress: FloatArray) -> FloatArray:
+    """Von Mises equivalent of stresses (..., 6), same unit, shape (...)."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    normal = 0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2)
+    squared: FloatArray = normal + 3.0 * (xy**2 + yz**2 + xz**2)
+    return np.sqrt(squared)
+
+
+def principal(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Principal stresses, largest (most tensile) first, (..., 3), and unit directions, rows, (..., 3, 3)."""
+    values, vectors = np.linalg.eigh(tensor(stress))
+    return values[..., ::-1], np.swapaxes(vectors, -1, -2)[..., ::-1, :]

@@ -12,10 +12,9 @@ import numpy as np
 from masonry_fem.host.phases import At, phase
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.components import greatest, in_words, rounded
+from masonry_fem.output.extremes import combination_rows, places_rows
 from masonry_fem.output.limit_table import support_rows
-from masonry_fem.output.places_table import places_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.search_table import mechanism_lines

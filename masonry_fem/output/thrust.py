@@ -18,11 +18,10 @@ from masonry_fem.output import fields, interface_fields
 from masonry_fem.output.backdrop import draw_pale, title_of
 from masonry_fem.output.grid import SUPPORT
 from masonry_fem.output.interfaces import CLOSED, CRACKED, FREE, HELD, HINGE, MIDDLE_THIRD, STATUS_WORDS
-from masonry_fem.output.marks import bands, discs
+from masonry_fem.output.marks import bands, discs, mark_ties
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import Key, Sheet, quantity, round_down
-from masonry_fem.output.tie_marks import mark_ties
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

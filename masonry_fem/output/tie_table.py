@@ -7,32 +7,20 @@ from typing import Any
 
 from masonry_fem.host.atomic import write_table
 from masonry_fem.march.model import Model
-from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import TieForces, tie_forces
 from masonry_fem.output.history import AXES
-from masonry_fem.output.recorder import StepReport
+from masonry_fem.output.recorder import LastState
 
 
-class TieTable:
+class TieTable(LastState):
     """Recorder of ``directory/ties.csv``; of structures without ties it writes nothing."""
-
-    dense = False
-    amendable = True
 
     def __init__(self, directory: Path) -> None:
         self.path = Path(directory) / "ties.csv"
-        self._last: tuple[Model, SystemState] | None = None
-
-    def start(self, model: Model) -> None:
-        """Nothing is written before the end."""
-
-    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Keep the state."""
-        self._last = model, state
 
     def close(self, summary: Any) -> list[Path]:
         """Write the table."""
-        last, self._last = self._last, None
+        last = self.taken()
         told = None if last is None else tie_forces(*last)
         if last is None or told is None:
             return []

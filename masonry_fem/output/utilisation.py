@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import StressError
-from masonry_fem.bodies.stress import principal
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.mean_stress import mean_stress
-from masonry_fem.output.strength import Strengths, shares, utilisation
+from masonry_fem.output.strength import Strengths, principal, shares, utilisation
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]

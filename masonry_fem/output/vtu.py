@@ -4,14 +4,18 @@ Points are those of the reference, of blocks, contact points and faces of joints
 to where they are. Arrays are compressed and in base64. VTK, ParaView and meshio read all of it: as some of
 them take neither polyhedra beside other cells nor texts, rigid blocks are no polyhedra, and names stand as
 bytes in the field data (``named``).
+
+Files hold no NaN: an array ``has_NAME`` tells where NAME has a value, and where 0 stands for none. Rigid
+blocks have no stress, open joints no centre of pressure.
 """
 
 from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, MutableMapping
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
@@ -21,15 +25,47 @@ from numpy.typing import NDArray
 from masonry_fem.host.atomic import PART, settle, write_atomic
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.output import fields, interface_fields
 from masonry_fem.output.fields import Arrays
 from masonry_fem.output.grid import VERTEX, Grid
 from masonry_fem.output.interface_fields import InterfaceFields
-from masonry_fem.output.masks import without_nan
+
+# whose mask tells of an array that may lack values; all that is made of the stress shares its mask
+MASK_OF = {
+    **dict.fromkeys((fields.STRESS, fields.VON_MISES, fields.PRINCIPAL, *fields.DIRECTIONS), fields.STRESS),
+    **{name: name for name in (fields.STRESS_ERROR, fields.ADHESION, fields.UTILISATION)},
+    **{name: name for name in (interface_fields.CENTRE, interface_fields.ECCENTRICITY)},
+    **{name: name for name in (interface_fields.KERN, interface_fields.PRESSURE)},
+}
 
 BLOCK_BYTES = 1 << 20
 LEVEL = 1  # of zlib: higher levels hardly compress fields better, and take ten times as long
 VTK_NAMES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u1": "UInt8", "i1": "Int8"}
 COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+
+
+def without_nan(arrays: Arrays) -> Arrays:
+    """The arrays with 0 for NaN, and the masks of those that may lack values."""
+    made: Arrays = {}
+    for name, values in arrays.items():
+        unknown = np.isnan(values) if np.issubdtype(values.dtype, np.floating) else np.zeros(1, bool)
+        if name in MASK_OF or unknown.any():
+            known = ~unknown.reshape(len(values), -1).any(axis=1)
+            made.setdefault(f"has_{MASK_OF.get(name, name)}", known.astype(np.uint8))
+            made[name] = np.where(unknown, 0.0, values)
+        else:
+            made[name] = values
+    return made
+
+
+def with_nan(arrays: MutableMapping[str, Any]) -> None:
+    """Put NaN back where a mask says that there is no value."""
+    for name in list(arrays):
+        mask = f"has_{MASK_OF.get(name, name)}"
+        if mask in arrays:
+            values = np.array(arrays[name])
+            values[np.asarray(arrays[mask]) == 0] = np.nan
+            arrays[name] = values
 
 
 class Series:

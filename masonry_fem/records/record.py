@@ -16,6 +16,8 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from masonry_fem.errors import MasonryError
+
 Metres = Annotated[float, Meta(extra={"unit": "m"})]
 Length = Annotated[float, Meta(gt=0, extra={"unit": "m"})]
 Distance = Annotated[float, Meta(ge=0, extra={"unit": "m"})]
@@ -113,3 +115,18 @@ def turn_faults(key: str, value: object, dimension: int, unit: str) -> Iterator[
     flat = dimension == 2
     if value is not None and isinstance(value, tuple) == flat:
         yield key, f"one number in {unit} in a 2D scene" if flat else f"3 numbers in {unit} in a 3D scene"
+
+
+def check_share(name: str, value: float | str) -> None:
+    """Refuse what is no number between 0 and 1.
+
+    Parameters
+    ----------
+    name : What it is, for the message. value : What was given.
+
+    Raises
+    ------
+    MasonryError : It is a text, or out of this range.
+    """
+    if isinstance(value, str) or not 0 < value < 1:
+        raise MasonryError(f"{name} is {value!r}, expected a number between 0 and 1, as 0.05 for 5 %")

@@ -1,4 +1,4 @@
-"""Remark: what a user should know of a scene or a result that is none the less computed.
+"""Remark: what a user should know of a scene or a result that is none the less computed, and words for it.
 
     with gathered() as remarks:
         remark("abrupt", "joints gave way abruptly in 3 steps", "wall.c2.b1")
@@ -10,14 +10,40 @@ It is made where it is found, logged as a warning there and then, and kept in th
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from masonry_fem.records.listing import counted
 from masonry_fem.records.told import Told
 
 logger = logging.getLogger(__name__)
+
+
+def first_few(texts: Iterable[str], most: int, *, separator: str = ", ", noun: str = "") -> str:
+    """``a, b and 3 more``: what a sentence names of many things.
+
+    Parameters
+    ----------
+    texts : What each of them is called.
+    most : How many are named.
+    separator : Between them.
+    noun : What the others are, in the plural.
+    """
+    said = list(texts)
+    left = len(said) - most
+    more = " and " + " ".join(filter(None, (str(left), "more", noun))) if left > 0 else ""
+    return separator.join(said[:most]) + more
+
+
+def counted(number: int, thing: str) -> str:
+    """A number of things in words, as ``2 trials``.
+
+    Parameters
+    ----------
+    number : How many.
+    thing : What, in the singular.
+    """
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 class Remark(Told, frozen=True, kw_only=True):

@@ -1,12 +1,41 @@
-"""Structure: what every family of blocks has."""
+"""Structure: what every family of blocks has; elements of those that are elastic; limits on reading files."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
-from masonry_fem.records.mesh_settings import MeshSettings
-from masonry_fem.records.record import Fidelity, Name, Spec
+from msgspec import Meta
+
+from masonry_fem.records.record import Divisions, Element, Fidelity, Length, Memory, Name, Spec
+
+
+class MeshSettings(Spec, frozen=True, kw_only=True):
+    """Elements of elastic blocks: an element kind and either a size or numbers of divisions.
+
+    Attributes
+    ----------
+    element : Q are quadrangles and hexahedra, P triangles and tetrahedra; 1 is linear, 2 quadratic. Without
+        it Q1, and for a ``.geo`` or ``.step`` file the order that the file asks for
+    size : wanted length of an element's edge [m], whatever the unit of a file
+    divisions : numbers of elements along the block's axes (arch: along the arc, depth, thickness; dome: along
+        the parallel, the meridian, the thickness)
+    """
+
+    element: Element | None = None
+    size: Length | None = None
+    divisions: Divisions | None = None
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Both a size and numbers."""
+        if self.size is not None and self.divisions is not None:
+            yield "divisions", "none beside 'size': take one of them"
+
+    @property
+    def elements(self) -> Element:
+        """The element that is asked for, Q1 where none is."""
+        return self.element or "Q1"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,3 +108,18 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def foreseen(self, dimension: int) -> Foreseen | None:
         """Expected number of blocks by its keys; None if a file decides."""
         return None
+
+
+class Reading(Spec, frozen=True, kw_only=True):
+    """Limits on time and memory for reading the files of all structures, and for meshing geometry files.
+
+    Files are read in a process of its own, which is ended when it exceeds a limit.
+
+    Attributes
+    ----------
+    time : wall-clock time for all files together
+    memory : memory beyond what an idle process needs
+    """
+
+    time: Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})] = 120.0  # longer waits overflow
+    memory: Memory = 4e9

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import STATUS_NAMES, SystemState
+from masonry_fem.output.strength import principal, von_mises
 from masonry_fem.output.stress_error import StressError, block_errors, told
 from masonry_fem.records.told import Told
 

@@ -21,6 +21,7 @@ from masonry_fem.nscd import rounding
 from masonry_fem.records.remark import remark
 from masonry_fem.results.blocks import status_counts, stress_summary
 from masonry_fem.results.discretisation import Errors
+from masonry_fem.results.joints import ties_told
 from masonry_fem.results.summary import (
     Abrupt,
     Certificate,
@@ -33,7 +34,6 @@ from masonry_fem.results.summary import (
     WorkTold,
     Wrench,
 )
-from masonry_fem.results.ties import ties_told
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:

@@ -21,13 +21,11 @@ from masonry_fem.output.response import ResponseTold, SpectraTold
 from masonry_fem.records.remark import Remark
 from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
-from masonry_fem.results.combinations import Combinations
+from masonry_fem.results.combinations import Combinations, Places
 from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors, RefinementTold
-from masonry_fem.results.joints import Joints
+from masonry_fem.results.joints import Joints, TieTold
 from masonry_fem.results.limit_analysis import LimitAnalysis
-from masonry_fem.results.places import Places
-from masonry_fem.results.ties import TieTold
 from masonry_fem.results.utilisation import Utilisation
 
 FloatArray = NDArray[np.float64]

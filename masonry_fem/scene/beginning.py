@@ -16,7 +16,7 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
-from masonry_fem.scene.design import Design
+from masonry_fem.scene.combinations import Design
 from masonry_fem.scene.explaining import keys_of
 from masonry_fem.scene.joint import Joint
 from masonry_fem.scene.material import Material

@@ -15,9 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import SceneError
-from masonry_fem.records.arguments import texts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import listed, nearest
+
+
+def texts(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Several texts; a single one is not taken apart into its letters."""
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
 def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:

@@ -19,8 +19,6 @@ from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
-from masonry_fem.records.mesh_settings import MeshSettings
-from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.record import (
     AngularVelocity,
     BlockSelector,
@@ -34,27 +32,20 @@ from masonry_fem.records.record import (
     VelocityVector,
     turn_faults,
 )
-from masonry_fem.records.structure import Structure
+from masonry_fem.records.structure import MeshSettings, Reading, Structure
 from masonry_fem.scene.actions import (
     Acceleration,
     Accelerogram,
     Combination,
     LineForce,
     Loads,
-    Motion,
     MovingLoad,
     PointForce,
     PressureLoad,
-    Pulse,
-    Record,
-    Sine,
-    Support,
-    Table,
     Temperature,
-    TimeFunction,
     Traction,
 )
-from masonry_fem.scene.design import Design, LoadFactors
+from masonry_fem.scene.combinations import Design, LoadFactors
 from masonry_fem.scene.joint import Joint
 from masonry_fem.scene.laws import (
     AnyLaw,
@@ -67,6 +58,7 @@ from masonry_fem.scene.laws import (
     law_record,
 )
 from masonry_fem.scene.material import Damping, Material, Orthotropy
+from masonry_fem.scene.motion import Motion, Pulse, Record, Sine, Support, Table, TimeFunction
 from masonry_fem.scene.output import Cut, Output, Probe
 from masonry_fem.scene.solver import Solver
 from masonry_fem.scene.tie import Tie, TiePoint

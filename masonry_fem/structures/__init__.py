@@ -20,9 +20,7 @@ import numpy as np
 
 from masonry_fem.errors import ExtensionError, GeometryError, SceneError
 from masonry_fem.records.discovery import Found, discovered, function
-from masonry_fem.records.mesh_settings import MeshSettings
-from masonry_fem.records.reading_limits import Reading
-from masonry_fem.records.structure import Structure
+from masonry_fem.records.structure import MeshSettings, Reading, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 
 __all__ = ["Kind", "assemble", "build_structure", "build_structures", "kinds"]

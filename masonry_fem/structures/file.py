@@ -8,10 +8,9 @@ from typing import Self
 
 from msgspec.structs import replace
 
-from masonry_fem.importing.endings import COMPAS, DRAWINGS, INPUTS, MESHES, PROGRAMS, SURFACES, VOLUMES
-from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.importing import COMPAS, DRAWINGS, INPUTS, MESHES, PROGRAMS, SURFACES, VOLUMES
 from masonry_fem.records.record import FilePath, Positive
-from masonry_fem.records.structure import ProblemFile, Structure
+from masonry_fem.records.structure import MeshSettings, ProblemFile, Structure
 from masonry_fem.solid.assembly import Assembly
 
 

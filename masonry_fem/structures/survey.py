@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from masonry_fem.importing.endings import SURVEYS
-from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.importing import SURVEYS
 from masonry_fem.records.record import Axis, FilePath, Length, Positive
-from masonry_fem.records.structure import Structure
+from masonry_fem.records.structure import MeshSettings, Structure
 from masonry_fem.solid.assembly import Assembly
 
 

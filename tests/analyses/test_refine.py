@@ -17,7 +17,6 @@ from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.stress_error import block_errors
 from masonry_fem.scene import load, save
-from masonry_fem.scene.moved import moved
 from masonry_fem.scene.specs import (
     Joint,
     Loads,
@@ -28,6 +27,7 @@ from masonry_fem.scene.specs import (
     Scene,
     Traction,
 )
+from masonry_fem.scene.writing import moved
 from masonry_fem.structures.file import FileStructure
 from masonry_fem.structures.wall import WallStructure
 from tests.importing.test_mesh_files import two_boxes

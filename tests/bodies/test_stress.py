@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from masonry_fem.bodies.stress import principal, tensor, von_mises
+from masonry_fem.output.strength import principal, tensor, von_mises
 
 stresses = arrays(float, (4, 6), elements=st.floats(-1e6, 1e6, width=32))
 

@@ -15,7 +15,7 @@ import pytest
 from rich.console import Console
 
 from masonry_fem import cli
-from masonry_fem.cli import console, exit_codes
+from masonry_fem.cli import console
 from masonry_fem.cli.signals import answered
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.output.terminal import print_summary
@@ -89,7 +89,7 @@ def test_signs_become_plain(sign, plain):
 
 
 def test_help_tells_all_exit_codes():
-    told = {0, 1, 2, 3, exit_codes.INTERRUPTED, exit_codes.PIPE_CLOSED, 128 + 15, 128 + 1}
+    told = {0, 1, 2, 3, console.INTERRUPTED, console.PIPE_CLOSED, 128 + 15, 128 + 1}
     top = cli.parser()
     pages = [top, *top._subparsers._group_actions[0].choices.values()]
     assert len(pages) == 1 + len(cli.COMMANDS)
@@ -147,7 +147,7 @@ def test_a_command_that_keeps_what_it_knows_has_the_signals_code(monkeypatch):
         try:
             os.kill(os.getpid(), signal.SIGTERM)
         except KeyboardInterrupt:
-            return exit_codes.INTERRUPTED
+            return console.INTERRUPTED
 
     options = SimpleNamespace(command=command, debug=False, verbose=False)
     monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from masonry_fem.contact.kinematics import height, local_frames
+from masonry_fem.contact.contacts import height, local_frames
 
 component = st.floats(-1, 1)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from masonry_fem.contact.overlap import overlapping
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope

@@ -7,11 +7,11 @@ import pytest
 
 from masonry_fem.bodies.base import Scheme, Sides, by_block
 from masonry_fem.bodies.rotation import exponential
-from masonry_fem.bodies.stress import von_mises
 from masonry_fem.bodies.support import Clamp, Motion
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.groups import elastic_groups
 from masonry_fem.fem.material import ElasticMaterial
+from masonry_fem.output.strength import von_mises
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
 from tests.fem.meshes import box, box_mesh

@@ -1,9 +1,12 @@
 """What is compiled is compiled once, and whoever waits for it knows why."""
 
+import os
 import subprocess
 import sys
 
 import pytest
+
+from masonry_fem.analyses import rehearsal, run
 
 LOOP = """
 import logging
@@ -68,3 +71,23 @@ def test_demos_need_nothing_that_was_not_rehearsed(repository):
     demos = [str(repository / "demos" / f"{name}.toml") for name in DEMOS]
     done = subprocess.run([sys.executable, "-c", COVERED, *demos], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "new: []"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("begins", "solved_here"), [(rehearsal.silence, 2), (os.abort, 4)])
+def test_a_second_process_takes_scenes_in_space_and_is_done_without_if_it_dies(
+    monkeypatch, begins, solved_here
+):
+    names = ["rigid blocks at rest, 2D", "rigid blocks sliding, 2D", "rigid blocks at rest, 3D", "dome"]
+    solved = []
+
+    def solve_scene(scene):
+        solved.append(scene)
+        return original(scene)
+
+    original = run.solve_scene
+    monkeypatch.setattr(rehearsal, "SCENES", {name: rehearsal.SCENES[name] for name in names})
+    monkeypatch.setattr(rehearsal, "silence", begins)
+    monkeypatch.setattr(run, "solve_scene", solve_scene)
+    assert sorted(rehearsal.rehearse(aided=True)) == sorted(names)
+    assert len(solved) == solved_here

@@ -4,7 +4,7 @@ import gc
 
 import pytest
 
-from masonry_fem.host.garbage import put_off, taken_up
+from masonry_fem.host.memory import put_off, taken_up
 
 
 def test_the_search_begins_after_what_stays():

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
 from masonry_fem.analyses.run import solve_scene
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.importing.snapping import snapped, straightened
 from masonry_fem.importing.trimming import outside, trimmed

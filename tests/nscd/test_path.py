@@ -5,10 +5,9 @@ import pytest
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
-from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.linear import DENSE_BELOW
-from masonry_fem.nscd.plane import plane_form
+from masonry_fem.nscd.plane import InPlane, plane_form
 from masonry_fem.nscd.solvers.kinks import Walk, next_kink, statuses
 from masonry_fem.nscd.solvers.normal_map import NormalMap
 from masonry_fem.nscd.solvers.path import Path, PathFollowing

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.output import principal_picture
-from masonry_fem.output.depth import BANDS, by_depth, faded
+from masonry_fem.output.backdrop import BANDS, by_depth, faded
 from masonry_fem.output.principal_picture import thinned
 from masonry_fem.output.render import View, can_render
 from masonry_fem.output.scenery import Scenery

@@ -5,12 +5,12 @@ import pytest
 
 from masonry_fem.analyses.run import run
 from masonry_fem.output import fields, sheet
-from masonry_fem.output.error_picture import draw_error
-from masonry_fem.output.masks import with_nan
 from masonry_fem.output.render import can_render
 from masonry_fem.output.scenery import Scenery
+from masonry_fem.output.stone_pictures import draw_error
 from masonry_fem.output.stress_error import block_errors
 from masonry_fem.output.view import view
+from masonry_fem.output.vtu import with_nan
 from masonry_fem.scene.specs import MeshSettings, Output, Override
 from tests.analyses.test_refine import wall
 

@@ -22,8 +22,7 @@ from masonry_fem.output.grid import (
     standard_cell,
     three,
 )
-from masonry_fem.output.masks import with_nan
-from masonry_fem.output.vtu import write_points, write_vtu
+from masonry_fem.output.vtu import with_nan, write_points, write_vtu
 from masonry_fem.scene import loads
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope

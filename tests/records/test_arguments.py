@@ -3,8 +3,8 @@
 import pytest
 
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.records.arguments import check_share, texts
-from masonry_fem.scene.overrides import apply
+from masonry_fem.records.record import check_share
+from masonry_fem.scene.overrides import apply, texts
 
 
 def test_one_text_is_as_good_as_a_list_of_one():

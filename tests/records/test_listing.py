@@ -2,7 +2,7 @@
 
 import pytest
 
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from masonry_fem.bodies.stress import principal, von_mises
+from masonry_fem.output.strength import principal, von_mises
 from masonry_fem.records.told import write
 from masonry_fem.results.blocks import status_counts, stress_summary, weighted_quantile
 

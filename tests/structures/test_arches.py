@@ -14,8 +14,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq, linprog
 
 from masonry_fem.analyses.run import RunResult, solve_scene
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.meshing.mesher import mesh_shape
 from masonry_fem.scene import check

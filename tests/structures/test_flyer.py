@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from masonry_fem.analyses.run import RunResult, solve_scene
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene, Statics

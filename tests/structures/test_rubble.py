@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from masonry_fem.contact.depth import overlapping
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Equilibrium, Joint, Material, MeshSettings, Scene, Statics

@@ -15,8 +15,8 @@ from typing import Any
 from masonry_fem import __version__
 from masonry_fem.errors import GeometryError
 from masonry_fem.fidelities import deforms
+from masonry_fem.importing import INPUTS
 from masonry_fem.importing.abaqus import included
-from masonry_fem.importing.endings import INPUTS
 from masonry_fem.scene import Scene
 from masonry_fem.scene.writing import plain
 

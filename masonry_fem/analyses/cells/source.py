@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.records.arguments import texts
 from masonry_fem.scene import Scene, dumps, loads
+from masonry_fem.scene.overrides import texts
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from masonry_fem.analyses.incremental.fragility import CONFIDENCE, Fragility, fragility
-from masonry_fem.records.listing import counted, first_few
+from masonry_fem.records.remark import counted, first_few
 from masonry_fem.results.incremental import Capacity, FragilityTold, ShakenTold
 
 FALLS = "falls"  # the limit that is always asked for

@@ -1,9 +1,10 @@
-"""Files: ``incremental.json``, tables of runs and of fragilities, and their pictures."""
+"""Outputs: ``incremental.json``, tables of runs and of fragilities, pictures, and words for the console."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,15 @@ from masonry_fem.analyses.incremental.fragility import Fragility
 from masonry_fem.host.atomic import write_table
 from masonry_fem.output.chart import can_draw
 from masonry_fem.output.folder import Folder
+from masonry_fem.output.tables import columns, print_advice
 from masonry_fem.records.told import write
 from masonry_fem.results.incremental import IncrementalTold
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from masonry_fem.analyses.incremental.sweep import Incremental
+
 
 POINTS = 121  # of a fragility's curve
 PICTURES = ("ida.png", "fragility.png")
@@ -84,3 +92,34 @@ def _curves(path: Path, told: IncrementalTold, fits: Sequence[Fragility]) -> Pat
             columns |= {one.state: fit.probability(at), f"{one.state}, low": low, f"{one.state}, high": high}
     rows = np.column_stack(list(columns.values())).tolist() if columns else []
     return write_table(path, columns, rows)
+
+
+def print_incremental(made: Incremental, console: Console | None = None) -> None:
+    """Print where each record begins to pass each limit, and the fragilities.
+
+    Parameters
+    ----------
+    made : What was found. console : Where to write; by default standard output.
+    """
+    from rich.console import Console  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    told, console = made.told, console or Console()
+    limits = told.fragilities
+    if told.title:
+        console.print(Text(told.title, style="bold"))
+    fallen = sum(one.verdict == "falls" for one in told.runs)
+    console.print(
+        Text(f"{len(told.runs)} runs, in {fallen} of which a stone falls; intensity: {told.intensity} [m/s²]")
+    )
+    ends = [title for one in limits for title in (f"{one.state}: stands", "passes it")]
+    table = columns(["record", *ends], ends)
+    for of_record in zip(*(one.capacities for one in limits), strict=True):
+        cells = [_number(end) for own in of_record for end in (own.stands, own.passes)]
+        table.add_row(Text(of_record[0].record), *cells)
+    console.print(table)
+    print_advice(console, ((one.words, one.outcome == "fitted") for one in limits), told.notes)
+
+
+def _number(end: float | None) -> str:
+    return "–" if end is None else f"{end:.4g}"

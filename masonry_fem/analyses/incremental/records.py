@@ -16,7 +16,7 @@ import numpy as np
 
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.shaking import Shaking
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 
 LIST = ".txt"  # of files that list records
 

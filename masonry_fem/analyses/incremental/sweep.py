@@ -22,9 +22,9 @@ from masonry_fem.analyses.incremental.outputs import write_incremental
 from masonry_fem.analyses.incremental.shakes import Shaken
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.folder import Folder
-from masonry_fem.records.arguments import texts
 from masonry_fem.records.remark import gathered, repeated
 from masonry_fem.results.incremental import IncrementalTold
+from masonry_fem.scene.overrides import texts
 
 logger = logging.getLogger(__name__)
 

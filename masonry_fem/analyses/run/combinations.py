@@ -10,17 +10,18 @@ goes on with those that have not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from masonry_fem.analyses.run.envelope_table import write_envelope
 from masonry_fem.analyses.run.stages import GOOD, kept_part, told_above
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
+from masonry_fem.host.atomic import write_table
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
@@ -30,21 +31,55 @@ from masonry_fem.results.combinations import (
     CombinationTold,
     Effects,
     EffectsTold,
+    Envelope,
+    Extremes,
     combinations_told,
     envelope,
 )
 from masonry_fem.scene import check, dumps, save, specs
 from masonry_fem.scene.combinations import combination_scenes
-from masonry_fem.scene.moved import moved
+from masonry_fem.scene.writing import moved
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.run.result import RunResult
+
 
 TABLE = "combinations.csv"
 
 ENDED = "combination.json"  # of each: how it has ended, and its effects
 
 Run = Callable[[specs.Scene, Path, Built, "Checkpoint | None"], "RunResult"]
+
+
+def write_envelope(path: Path, found: Envelope | None, by: str) -> Path:
+    """Write the envelope, one line for each extreme.
+
+    Parameters
+    ----------
+    path : Of the file. found : The extremes; None: there are none.
+    by : Title of the column of what governs.
+    """
+    lines = () if found is None else _lines(found)
+    return write_table(path, ("of", "name", "quantity", "value", by), lines)
+
+
+def _lines(found: Envelope) -> Iterator[tuple[Any, ...]]:
+    def of_stones(quantity: str, extremes: Extremes) -> Iterator[tuple[Any, ...]]:
+        for name, value, by in zip(
+            extremes.names, extremes.value.tolist(), extremes.combination, strict=True
+        ):
+            if not math.isnan(value):
+                yield "stone", name, quantity, value, by
+
+    yield from of_stones("utilisation [-]", found.utilisation)
+    yield from of_stones("mean_sigma_3 [Pa]", found.compression)
+    yield from of_stones("mean_sigma_1 [Pa]", found.tension)
+    for support, pair in found.supports.items():
+        for end, extremes in zip(("least", "greatest"), pair, strict=True):
+            for axis, value, by in zip(
+                extremes.names, extremes.value.tolist(), extremes.combination, strict=True
+            ):
+                yield "support", support, f"{end}_{axis}", value, by
 
 
 def run_combinations(

@@ -19,7 +19,7 @@ from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, write_checkpoi
 from masonry_fem.output.recorder import Recorders
 from masonry_fem.records.remark import Remark
 from masonry_fem.scene import dumps, specs
-from masonry_fem.scene.moved import moved
+from masonry_fem.scene.writing import moved
 
 
 class Keeper:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.analyses.run.envelope_table import write_envelope
+from masonry_fem.analyses.run.combinations import write_envelope
 from masonry_fem.build import Built
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.host.atomic import write_records
@@ -22,8 +22,14 @@ from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import without_ties
 from masonry_fem.output.history import AXES
 from masonry_fem.output.render import can_render
-from masonry_fem.results.combinations import Envelope, Extremes, components
-from masonry_fem.results.places import AtPlace, Places, SupportOverPlaces
+from masonry_fem.results.combinations import (
+    AtPlace,
+    Envelope,
+    Extremes,
+    Places,
+    SupportOverPlaces,
+    components,
+)
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:

@@ -69,11 +69,6 @@ def reopened(folder: Path, *, trust: bool = False) -> Left:
             base=folder,
             source=f"{folder / CHECKPOINT} (its scene)",
         )
-        if scene.loads.temperatures:
-            raise SceneError(
-                f"{folder}: the scene that ended there has temperatures, which a start does not carry on; "
-                "leave them out"
-            )
         if any("/" in one.on and one.motion is not None for one in scene.supports):
             raise SceneError(
                 f"{folder}: faces of stones were moved there, which a start does not carry on; move a "
@@ -81,8 +76,10 @@ def reopened(folder: Path, *, trust: bool = False) -> Left:
             )
         scene = check(scene, base=folder)
         built = build(scene, folder, solved=False)
-    model = gone_on(scene, built, folder, checkpoint.standing)
-    return Left(built.stones, model, checkpoint.standing.state)
+    standing = checkpoint.standing
+    model, state = gone_on(scene, built, folder, standing), standing.state
+    warmed = standing.warmed or (None,) * len(model.groups)  # of older files
+    return Left(built.stones, model, state, warmed)
 
 
 def untrusted(text: str) -> str:
@@ -135,8 +132,6 @@ def _refuse(scene: specs.Scene) -> None:
         raise SceneError(
             "analysis.start is given for kind = 'path', whose load factor begins at 0; take kind = 'statics'"
         )
-    if scene.loads.temperatures:
-        raise SceneError("loads.temperatures are given beside analysis.start; leave one of them out")
     for key in ("contact_error", "limit_analysis"):
         if getattr(scene.output, key):
             raise SceneError(

@@ -16,10 +16,9 @@ from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.writing import go_on
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError, read_checkpoint
 from masonry_fem.output.folder import refuse_busy
-from masonry_fem.records.arguments import texts
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.scene import loads, specs
-from masonry_fem.scene.overrides import trusting_text
+from masonry_fem.scene.overrides import texts, trusting_text
 from masonry_fem.scene.writing import plain
 
 SHOWN = 3  # differences that a message names
@@ -110,7 +109,9 @@ def _refuse_other_steps(before: specs.Analysis, scene: specs.Scene, checkpoint: 
         )
     done = 0 if checkpoint.standing is None else checkpoint.standing.done
     _refuse_other_plan(before, scene.analysis, done)
-    _refuse_other_ramp(before, scene)
+    warmed = () if checkpoint.standing is None else checkpoint.standing.warmed
+    fades = scene.analysis.start is not None and any(one is not None for one in warmed)
+    _refuse_other_ramp(before, scene, fades=fades)
     if checkpoint.outcome and (_steps(before, done, 1) or not _steps(scene.analysis, done, 1)):
         raise EndedError(
             f"the run has come to its end ({checkpoint.outcome}), nothing is left to do; for more steps of a "
@@ -134,12 +135,15 @@ def _refuse_other_plan(before: specs.Analysis, after: specs.Analysis, done: int)
         )
 
 
-def _refuse_other_ramp(before: specs.Analysis, scene: specs.Scene) -> None:
-    """Refuse an analysis whose ramp, which motions follow that have no time of their own, is another."""
+def _refuse_other_ramp(before: specs.Analysis, scene: specs.Scene, *, fades: bool) -> None:
+    """Refuse an analysis whose ramp, which motions follow that have no time of their own, is another.
+
+    ``fades``: so may temperatures of the start.
+    """
     after = scene.analysis
     motions = [one.motion.time for one in scene.supports if one.motion is not None]
     times = motions + [one.time for one in scene.loads.temperatures]
-    if before.ramp != after.ramp and None in times:
+    if before.ramp != after.ramp and (fades or None in times):
         raise CheckpointError(
             f"motions or temperatures without a time function go on until t = {before.ramp:g} s, with this "
             f"analysis until {after.ramp:g} s, so that steps that are made would be others; give them a time"

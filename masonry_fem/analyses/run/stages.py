@@ -25,8 +25,8 @@ from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
 from masonry_fem.results.summary import StageTold
 from masonry_fem.scene import check, dumps, specs
-from masonry_fem.scene.moved import moved
 from masonry_fem.scene.stages import predecessor, stage_scenes
+from masonry_fem.scene.writing import moved
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.run.result import RunResult

@@ -23,7 +23,7 @@ from masonry_fem.march.ties import without_ties
 from masonry_fem.nscd import Outcome
 from masonry_fem.nscd.unstressed import from_no_stress
 from masonry_fem.output.sheet import quantity
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.results.summary import StartTold
 
 CLOSED = 1e-6  # of a block's size: a gap that is none

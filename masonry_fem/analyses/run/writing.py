@@ -48,7 +48,7 @@ from masonry_fem.records.tree import same_bits
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summary import Summary
 from masonry_fem.scene import check, of_records, save, specs
-from masonry_fem.scene.moved import moved
+from masonry_fem.scene.writing import moved
 
 # what a run that goes on finds in its folder; it makes the rest anew
 KEPT = (CHECKPOINT, "history.csv", "fields/")

@@ -28,9 +28,10 @@ from masonry_fem.analyses.study.target import Target, targets
 from masonry_fem.analyses.study.variation import Variation, variations
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.folder import Folder
-from masonry_fem.records.arguments import check_share, texts
+from masonry_fem.records.record import check_share
 from masonry_fem.results.study import Recommendation
 from masonry_fem.scene import Scene, loads
+from masonry_fem.scene.overrides import texts
 
 
 @dataclass(frozen=True, slots=True)

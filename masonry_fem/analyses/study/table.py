@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.analyses.cells.kept import SOLVED
@@ -12,7 +13,7 @@ from masonry_fem.analyses.study.pareto import setting_places
 from masonry_fem.analyses.study.recommendation import percent
 from masonry_fem.analyses.study.values import shown, words
 from masonry_fem.output.tables import columns, print_advice
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,6 +28,7 @@ WIDE, NARROW = 160, 130  # characters: of a file or a pipe; where some columns a
 SHOWN = 60  # cells; of more the best are shown
 SAID = 3  # cells that a message names
 FEW = 2  # quantities with a column where it is narrow
+type Errors = dict[tuple[int, str], tuple[float, Point | None]]  # by row and target
 SHORT = {"stress.means": "means", "stress.p95": "p95", "stress.max": "max"}
 
 
@@ -75,28 +77,30 @@ def _cells(study: Study, narrow: bool) -> Table:
     """One line a cell that is not another's twin: settings, costs, errors in per cent."""
     from rich.text import Text  # noqa: PLC0415
 
-    varied, aims = [one.key for one in study.vary], study.targets
-    failed = any(row.outcome not in SOLVED for row in study.rows)
-    gap = 1 if narrow else 2
-    costs = ("CPU [s]", "MB") if narrow or study.explores else ("CPU [s]", "mostly", "MB", "unknowns")
-    outcome = ["outcome"] if failed else []
-    table = columns((), gap=gap)
-    for name in (*heads(varied), *outcome):
-        table.add_column(Text(name), no_wrap=True)
-    names = shown(aims)[: FEW if narrow else None] if study.explores else []
-    errors = {} if study.explores else _errors(study)
-    off = [] if study.explores else [f"{SHORT.get(aim.label, aim.label)} %" for aim in aims]
-    for name in (*costs, *(name.replace(".", "\n", 1) for name in names), *off):
-        table.add_column(Text(name), justify="right")
+    table, told = columns((), gap=1 if narrow else 2), list(_columns(study, narrow))
+    for title, aside, _ in told:
+        table.add_column(Text(title), justify="right" if aside else "left", no_wrap=not aside)
     for row in _shown(study):
-        told = _told(row)
-        table.add_row(
-            *(Text(row.cell.settings[key]) for key in varied),
-            *(told[name] for name in (*outcome, *costs)),
-            *(words(row, name) for name in names),
-            *(_error(*errors[id(row), aim.label]) for aim in aims if errors),
-        )
+        table.add_row(*(cell(row) for *_, cell in told))
     return table
+
+
+def _columns(study: Study, narrow: bool) -> Iterator[tuple[str, bool, Callable[[Row], Any]]]:
+    """Title of each column, whether it is set to the right, and what it says of a cell."""
+    varied, aims = [one.key for one in study.vary], study.targets
+    for title, key in zip(heads(varied), varied, strict=True):
+        yield title, False, partial(_setting, key=key)
+    costs = ["CPU [s]", "MB"] if narrow or study.explores else ["CPU [s]", "mostly", "MB", "unknowns"]
+    failed = any(row.outcome not in SOLVED for row in study.rows)
+    for title in ["outcome", *costs] if failed else costs:
+        yield title, title != "outcome", partial(_told, title=title)
+    if study.explores:
+        for name in shown(aims)[: FEW if narrow else None]:
+            yield name.replace(".", "\n", 1), True, partial(words, name=name)
+        return
+    errors = _errors(study)
+    for aim in aims:
+        yield f"{SHORT.get(aim.label, aim.label)} %", True, partial(_error, errors=errors, label=aim.label)
 
 
 def _peaks(study: Study) -> Table:
@@ -124,33 +128,44 @@ def _peak_words(peak: Peak, probes: Sequence[str]) -> Iterator[str]:
         yield ", ".join(f"{part:.3g}" for part in peak.probes[probe])
 
 
-def _told(row: Row) -> dict[str, Any]:
-    """What came of a cell and what it took, by column."""
+def _setting(row: Row, key: str) -> Any:
+    """The value of a key in a cell."""
     from rich.text import Text  # noqa: PLC0415
 
-    style = "green" if row.outcome in SOLVED else "red"
-    return {
-        "outcome": Text(row.outcome.replace("_", " "), style=style),
-        "CPU [s]": f"{row.cpu:.2f}" if row.cpu else "",
-        "mostly": max(row.seconds, key=row.seconds.__getitem__, default=""),
-        "MB": f"{row.memory:.0f}" if row.memory else "",
-        "unknowns": str(row.size.get("unknowns", "")),
-    }
+    return Text(row.cell.settings[key])
+
+
+def _told(row: Row, title: str) -> Any:
+    """What came of a cell, or what it took: by the title of a column."""
+    from rich.text import Text  # noqa: PLC0415
+
+    match title:
+        case "outcome":
+            return Text(row.outcome.replace("_", " "), style="green" if row.outcome in SOLVED else "red")
+        case "CPU [s]":
+            return f"{row.cpu:.2f}" if row.cpu else ""
+        case "mostly":
+            return max(row.seconds, key=row.seconds.__getitem__, default="")
+        case "MB":
+            return f"{row.memory:.0f}" if row.memory else ""
+    return str(row.size.get(title, ""))
 
 
 def _shown(study: Study) -> list[Row]:
     """Rows to print: one of those that pose one problem; of many the best, and those that failed."""
-    unique = {row.cell.key or id(row): row for row in reversed(study.rows)}
-    rows = [row for row in study.rows if unique[row.cell.key or id(row)] is row]
+    unique: dict[str | int, Row] = {}
+    for row in study.rows:
+        unique.setdefault(row.cell.key or id(row), row)
+    rows = list(unique.values())
     if len(rows) <= SHOWN or study.explores:
         return rows
     best = {point.places for aim in study.targets for point in study.points(aim) if point.best}
     return [row for row in rows if setting_places(study.vary, row) in best]
 
 
-def _errors(study: Study) -> dict[tuple[int, str], tuple[float, Point | None]]:
+def _errors(study: Study) -> Errors:
     """Error of each row for each target, and its point."""
-    found: dict[tuple[int, str], tuple[float, Point | None]] = {}
+    found: Errors = {}
     for aim in study.targets:
         points = {point.places: point for point in study.points(aim)}
         for made in study.comparisons:
@@ -176,10 +191,13 @@ def _failures(study: Study) -> list[str]:
     return [f"{first_few(cells, SAID)}: {message}" for message, cells in found.items()]
 
 
-def _error(value: float, point: Point | None) -> Any:
-    """An error in per cent; bold where nothing cheaper is as close."""
+def _error(row: Row, errors: Errors, label: str) -> Any:
+    """An error in per cent; bold where nothing cheaper is as close. Empty where nothing was compared."""
     from rich.text import Text  # noqa: PLC0415
 
+    if not errors:
+        return ""
+    value, point = errors[id(row), label]
     if not math.isfinite(value):
         return Text("–", style="dim")
     if point is not None and point.is_reference:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from itertools import chain, zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from masonry_fem.analyses.study.quantity import Quantity
 from masonry_fem.analyses.study.row import Row
@@ -84,22 +84,9 @@ def draw_values(study: Study, path: Path) -> Path:
     lines = math.ceil(len(names) / columns)
     figure = blank(PANEL[0] * columns, PANEL[1] * lines + 0.9)
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    counts = all(isinstance(value, int | float) for value in key.values)
-    places = [float(value) for value in key.values] if counts else list(range(len(key.values)))
     others = [one for one in study.vary if one is not key and len(one.values) > 1]
     for panel, name in zip(panels, names, strict=False):
-        frame(panel)
-        unit = next((row.quantities[name].unit for row in study.rows if name in row.quantities), "")
-        for place, (label, rows) in enumerate(_lines(study.rows, others).items()):
-            spots = sorted((places[_place(key, row)], number(row, name)) for row in rows)
-            across, up = zip(*spots, strict=True)
-            panel.plot(across, up, "o-", ms=5, lw=1.6, color=COLOURS[place % len(COLOURS)], label=label)
-        if not counts:
-            panel.set_xticks(places, [key.text(at) for at in range(len(places))])
-        panel.set_title(name, fontsize=11, color=INK, loc="left", weight="bold")
-        panel.set_xlabel(key.key.rpartition(".")[2], fontsize=9.5, color=PALE)
-        panel.set_ylabel(f"[{unit}]" if unit else "", fontsize=9.5, color=PALE)
-        panel.margins(0.06, 0.12)
+        _draw_curves(panel, name, key, _lines(study.rows, others))
     for panel in panels[len(names) :]:
         panel.set_visible(False)
     if others:
@@ -107,6 +94,30 @@ def draw_values(study: Study, path: Path) -> Path:
     head(figure, study.title or "study", "sizes of vectors; cells that were not solved are left out")
     figure.tight_layout(rect=(0, 0, 1, 1 - 0.8 / figure.get_figheight()))
     return save(figure, path)
+
+
+def _draw_curves(panel: Any, name: str, key: Variation, lines: dict[str, list[Row]]) -> None:
+    """Draw a quantity over a key.
+
+    Parameters
+    ----------
+    panel : Where to. name : Of the quantity. key : The abscissa. lines : Cells that a line joins, by label.
+    """
+    frame(panel)
+    counts = all(isinstance(value, int | float) for value in key.values)
+    places = [float(value) for value in key.values] if counts else list(range(len(key.values)))
+    units = (row.quantities[name].unit for rows in lines.values() for row in rows if name in row.quantities)
+    unit = next(units, "")
+    for place, (label, rows) in enumerate(lines.items()):
+        spots = sorted((places[_place(key, row)], number(row, name)) for row in rows)
+        across, up = zip(*spots, strict=True)
+        panel.plot(across, up, "o-", ms=5, lw=1.6, color=COLOURS[place % len(COLOURS)], label=label)
+    if not counts:
+        panel.set_xticks(places, [key.text(at) for at in range(len(places))])
+    panel.set_title(name, fontsize=11, color=INK, loc="left", weight="bold")
+    panel.set_xlabel(key.key.rpartition(".")[2], fontsize=9.5, color=PALE)
+    panel.set_ylabel(f"[{unit}]" if unit else "", fontsize=9.5, color=PALE)
+    panel.margins(0.06, 0.12)
 
 
 def _abscissa(vary: Sequence[Variation]) -> Variation:

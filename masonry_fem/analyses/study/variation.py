@@ -16,8 +16,7 @@ from typing import Any
 
 from masonry_fem.analyses.study.setting import Setting, fineness, setting_of
 from masonry_fem.errors import MasonryError
-from masonry_fem.records.arguments import texts
-from masonry_fem.scene.overrides import parsed
+from masonry_fem.scene.overrides import parsed, texts
 
 PAIRS = {"[": "]", "{": "}", "(": ")"}
 

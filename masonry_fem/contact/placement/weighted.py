@@ -36,8 +36,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from masonry_fem.contact.contacts import local_frames
 from masonry_fem.contact.interpolation import CORNERS_OF
-from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.placement import corners
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.pieces import Pieces

@@ -10,8 +10,8 @@ Serendipity elements (C3D20, CPS8) get the nodes in the middle of faces and of t
 where their functions put them. Wedges (C3D6) are divided into three tetrahedra.
 
 ``card`` takes the file and those it includes apart, ``part`` keeps nodes, elements and sets, ``placing`` puts
-parts where their instances are, ``serendipity`` makes elements whole, ``wedges`` divides wedges, ``reading``
-does all of it.
+parts where their instances are, ``elements`` makes elements whole and divides wedges, ``reading`` does all of
+it.
 """
 
 from masonry_fem.importing.abaqus.card import included

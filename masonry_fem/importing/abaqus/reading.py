@@ -9,10 +9,9 @@ import numpy as np
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.importing.abaqus.card import cards
+from masonry_fem.importing.abaqus.elements import completed, divided, halves
 from masonry_fem.importing.abaqus.part import Part
 from masonry_fem.importing.abaqus.placing import Placing
-from masonry_fem.importing.abaqus.serendipity import completed
-from masonry_fem.importing.abaqus.wedges import divided, halves
 from masonry_fem.importing.naming import UNSELECTABLE, Names, tell_renamed
 from masonry_fem.meshing.session import Elements
 from masonry_fem.solid.mesh import IntArray

@@ -86,11 +86,6 @@ class FremondCangemi(Adhesive):
         return np.repeat(state.adhesion[:, None] ** 2, state.dimension, axis=1)
 
     @override
-    def friction_at(self, state: JointState) -> FloatArray:
-        friction = spread(self.friction, state.count)
-        return friction if self.friction_mode == "constant" else friction * (1.0 - state.adhesion)
-
-    @override
     def evolve(self, state: JointState, jump: FloatArray, step: float) -> Evolution:
         Y, w = load(self.springs(state), jump), spread(self.energy, state.count)
         before = state.adhesion

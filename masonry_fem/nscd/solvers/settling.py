@@ -45,7 +45,7 @@ MOST = 0.5
 # Error that is wanted of a part relative to that of the whole, the least and greatest; and what is good
 # enough. Steps of the whole are dear: a wall of 100×100 takes 10, but 24 with parts no finer than 1e-6.
 SHARE, FINEST, COARSEST = 1e-2, 1e-7, 1e-5
-ENOUGH = 0.1
+ENOUGH, FURTHER = 0.1, 20  # and steps from there towards the one that is wanted
 # Contacts up to which the interior point has a go at it. Without that a vault of 178 unlike stones takes 40 s
 # instead of 11; with 500 or 5000, and with other values of what is above, it and pushed walls take as long.
 FEW = 1_500
@@ -90,7 +90,8 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        tolerance, enough = float(np.clip(SHARE * error, FINEST, COARSEST)), max(ENOUGH * error, ACCEPTABLE)
+        tolerance = float(np.clip(SHARE * error, FINEST, COARSEST))
+        enough = float(np.clip(ENOUGH * error, ACCEPTABLE, ENOUGH))
         state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
         for cluster in clusters(part.problem):
             alone = Part.of(part.problem, cluster, *state)
@@ -101,15 +102,22 @@ class Settling:
         return part.put(*state) if settled else None
 
     def _rest(self, part: Part, settings: SolverSettings, enough: float) -> Solution:
-        """A part's best state: with slip held; else with parts of its own, or from inside the cones.
+        """A part's best state: first one that is good enough, then a few steps towards what is wanted.
 
         Parameters
         ----------
-        part : With the state that it is in. settings : What is wanted.
-        enough : Error up to which no other way is tried.
+        part : With the state that it is in. settings : What is wanted. enough : Error that is good enough.
         """
+        found = self._enough(part, replace(settings, tolerance=enough))
+        if found.quality.error <= settings.tolerance or not found.converged:
+            return found
+        held = replace(self.held, iterations=FURTHER)
+        return _better(found, self._counted(iterate(part.problem, held, settings, _ahead(found))))
+
+    def _enough(self, part: Part, settings: SolverSettings) -> Solution:
+        """A part's best state: with slip held; else with parts of its own, or from inside the cones."""
         found = self._counted(iterate(part.problem, self.held, settings, part.start))
-        if found.quality.error <= enough or found.outcome is Outcome.TIME_LIMIT:
+        if found.converged or found.outcome is Outcome.TIME_LIMIT:
             return found
         if part.problem.count > FEW:
             divided = iterate(part.problem, replace(self.held, parts=True), settings, part.start)
@@ -122,13 +130,16 @@ class Settling:
         inside = self._counted(iterate(part.problem, method, replace(settings, tolerance=COARSEST)))
         if inside.quality.error <= settings.tolerance:
             return inside
-        ahead = Start(inside.impulse, inside.rigid_velocity, inside.velocity)
-        polished = iterate(part.problem, self.held, settings, ahead)
-        return _better(inside, self._counted(polished))
+        return _better(inside, self._counted(iterate(part.problem, self.held, settings, _ahead(inside))))
 
     def _counted(self, solution: Solution) -> Solution:
         self.linear_solves += solution.linear_solves
         return solution
+
+
+def _ahead(solution: Solution) -> Start:
+    """What goes on from a solution."""
+    return Start(solution.impulse, solution.rigid_velocity, solution.velocity)
 
 
 def _better(one: Solution, other: Solution) -> Solution:

@@ -6,13 +6,11 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from masonry_fem.march.model import Model
 from masonry_fem.march.recognition import mechanism_of_step
-from masonry_fem.march.state import SystemState
 from masonry_fem.output.cut import Plane, draw_cut
 from masonry_fem.output.mechanism_picture import draw_mechanism
 from masonry_fem.output.picture import draw_all
-from masonry_fem.output.recorder import Request, StepReport
+from masonry_fem.output.recorder import LastState, Request
 from masonry_fem.output.render import can_render
 from masonry_fem.output.scenery import Scenery
 from masonry_fem.output.strength import Strengths
@@ -36,7 +34,7 @@ def recorder(request: Request) -> Pictures:
     )  # fmt: skip
 
 
-class Pictures:
+class Pictures(LastState):
     """Recorder that draws the last state when the run ends.
 
     Parameters
@@ -48,8 +46,6 @@ class Pictures:
     only : Names of the wanted pictures; None for all.
     """
 
-    dense = True  # it keeps the state only, which costs nothing
-    amendable = True
     draws = True
 
     def __init__(
@@ -60,15 +56,7 @@ class Pictures:
         self._directory, self._title, self._amplification = Path(directory), title, amplification
         self._joints, self._cuts, self._strengths = joints, tuple(cuts), strengths
         self._only = only
-        self._last: tuple[Model, SystemState] | None = None
         self._end: March | None = None
-
-    def start(self, model: Model) -> None:
-        """Nothing to prepare."""
-
-    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Keep the state."""
-        self._last = model, state
 
     def end(self, made: March, determinacy: ForceDeterminacy | None) -> None:
         """Keep how it ended."""
@@ -76,7 +64,7 @@ class Pictures:
 
     def close(self, summary: Any) -> list[Path]:
         """Draw, where this machine can."""
-        last, self._last = self._last, None
+        last = self.taken()
         # who has pressed Ctrl-C does not want to wait for pictures
         if last is None or summary.outcome in ("interrupted", "failed") or not can_render():
             return []

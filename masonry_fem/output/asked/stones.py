@@ -16,7 +16,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import without_ties
 from masonry_fem.output.interfaces import interface_forces
-from masonry_fem.output.recorder import Request, StepReport
+from masonry_fem.output.recorder import LastState, Request
 from masonry_fem.output.strength import Strengths
 from masonry_fem.output.utilisation import governed, stone_utilisation
 
@@ -28,26 +28,15 @@ def recorder(request: Request) -> StoneTable:
     return StoneTable(request.folder / "stones.csv", request.materials, request.strengths)
 
 
-class StoneTable:
+class StoneTable(LastState):
     """Recorder of ``stones.csv``."""
-
-    dense = True  # it keeps the state only
-    amendable = True
 
     def __init__(self, path: Path, materials: Any, strengths: Strengths | None) -> None:
         self._path, self._materials, self._strengths = path, materials, strengths
-        self._last: tuple[Model, SystemState] | None = None
-
-    def start(self, model: Model) -> None:
-        """Nothing is written before the end."""
-
-    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Keep the state."""
-        self._last = model, state
 
     def close(self, summary: Any) -> list[Path]:
         """Write the table."""
-        last, self._last = self._last, None
+        last = self.taken()
         if last is None:
             return []
         columns = stone_columns(*last, self._materials, self._strengths)

@@ -18,8 +18,8 @@ import numpy as np
 from masonry_fem.errors import OutputError
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.host.phases import phase
-from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.components import greatest, in_words
+from masonry_fem.output.extremes import combination_rows
 from masonry_fem.output.report.lights import lights, measures, worst
 from masonry_fem.output.report.model3d import packed
 from masonry_fem.output.report.plots import plots

@@ -19,7 +19,7 @@ from masonry_fem.output import fields
 from masonry_fem.output.cut import SIGNED_COLOURS
 from masonry_fem.output.scenery import amplification_of, at_rest, outline_of, surface_of
 from masonry_fem.output.sheet import STRESS_COLOURS, ColourBar, prefix_of
-from masonry_fem.output.utilisation_picture import COLOURS as USED_COLOURS
+from masonry_fem.output.stone_pictures import USED_COLOURS
 
 FloatArray = NDArray[np.float64]
 

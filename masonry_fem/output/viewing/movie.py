@@ -27,7 +27,7 @@ from masonry_fem.output.backdrop import title_of
 from masonry_fem.output.mechanism_picture import PART_COLOURS
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.sheet import HELD, LINE, Key, Sheet
-from masonry_fem.output.utilisation_picture import BEYOND
+from masonry_fem.output.stone_pictures import BEYOND
 from masonry_fem.output.viewing.look import VALUES, Look, Shade, Shown
 from masonry_fem.output.viewing.recorded import Recorded, told_in
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from masonry_fem.errors import SceneError
 from masonry_fem.output.folder import RUNNING
-from masonry_fem.output.masks import with_nan
+from masonry_fem.output.vtu import with_nan
 
 KEPT = 8  # steps in memory
 

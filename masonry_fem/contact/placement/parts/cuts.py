@@ -14,7 +14,7 @@ from masonry_fem.contact.placement.parts.quadrature import (
     on_polygon,
     triangle_rule,
 )
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -44,7 +44,7 @@ def gauss_planes(
     Polygon (q,), place in its plane (q, 2), weight (q,) and facets of both sides (q, 2) of the points.
     """
     tensor, collapsed = gauss_rule(order), triangle_rule(order)
-    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *tensor, *collapsed)  # type: ignore[no-any-return]
+    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *tensor, *collapsed, 1)  # type: ignore[no-any-return]
 
 
 @compiled
@@ -61,6 +61,7 @@ def _many_areas(
     gauss_weight: FloatArray,
     barycentric: FloatArray,
     weight: FloatArray,
+    density: int,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """The compiled loop over polygons."""
     room, total = 64, 0
@@ -76,7 +77,7 @@ def _many_areas(
             one = own.copy().reshape(1, len(own), 2)
         if second < 0:
             two = own.copy().reshape(1, len(own), 2)
-        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, 1)
+        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, density)
         after = total + len(points)
         if after > room:
             more = max(after, 2 * room) - total
@@ -86,7 +87,8 @@ def _many_areas(
             rows = np.concatenate((rows[:total], np.empty((more, 2), dtype=np.int64)))
             room = total + more
         owner[total:after] = k
-        at[total:after], share[total:after] = points, weights
+        put(at[total:], points)
+        put(share[total:], weights)
         for i in range(len(points)):
             rows[total + i, 0] = of[i, 0] + first if first >= 0 else -1
             rows[total + i, 1] = of[i, 1] + second if second >= 0 else -1

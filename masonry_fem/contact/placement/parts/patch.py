@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_fem.contact.clipping import depths, locate
-from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.contacts import Interface, local_frames
 from masonry_fem.contact.surface import FaceMesh, Surface
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray, Mesh

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from masonry_fem.contact.contacts import height
 from masonry_fem.contact.interpolation import CORNERS_OF, KINDS, weights_at
-from masonry_fem.contact.kinematics import height
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
 from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, Side
 from masonry_fem.contact.placement.parts.quadrature import gauss_lines

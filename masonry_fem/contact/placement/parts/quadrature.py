@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from masonry_fem.contact.clipping import clip, polygon_area
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -166,7 +166,7 @@ def on_polygon(
     each = max(len(gauss) ** 2, len(weight) * max(pieces.shape[1] - 2, 1)) * density * density
     points, weights = np.empty((len(pieces) * each, 2)), np.empty(len(pieces) * each)
     owner = np.empty((len(pieces) * each, 2), dtype=np.int64)
-    total = 0
+    total = np.int64(0)  # a bare 0 has a type of its own, for which loops would be compiled once more
     triangle = np.empty((3, 2))
     for k in range(len(pieces)):
         piece = pieces[k, : corners[k]]
@@ -218,9 +218,10 @@ def _pieces(
                 continue
             if total == len(pieces):
                 more, also = np.empty((2 * total, most, 2)), np.empty((2 * total, 3), dtype=np.int64)
-                more[:total], also[:total] = pieces, found
+                put(more, pieces)
+                put(also, found)
                 pieces, found = more, also
-            pieces[total, : len(piece)] = piece
+            put(pieces[total], piece)
             found[total, 0], found[total, 1], found[total, 2] = i, j, len(piece)
             total += 1
     return pieces[:total], found[:total, 2], found[:total, :2]

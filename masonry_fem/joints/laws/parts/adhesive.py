@@ -64,8 +64,10 @@ class Adhesive(Law):
         return np.ones_like(state.jump)
 
     def friction_at(self, state: JointState) -> FloatArray:
-        """Coulomb's coefficient of the trial state, shape (c,)."""
-        return spread(self.friction, state.count)
+        """Coulomb's coefficient of the trial state, shape (c,): μ all along, or as it comes with damage."""
+        friction = spread(self.friction, state.count)
+        comes = getattr(self, "friction_mode", "constant") == "damage"
+        return friction * (1.0 - state.adhesion) if comes else friction
 
     def is_broken(self, state: JointState) -> Mask:
         """Where nothing is left of the cohesion, shape (c,)."""

@@ -21,7 +21,7 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import Law, spread
+from masonry_fem.joints.law import Law, Layer, spread
 from masonry_fem.joints.parameters import Factor, FloatArray, Parameter, Stiffness, Strength
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
@@ -34,19 +34,17 @@ LEAST_SHARE = 1e-6  # of the largest tributary area: what a point without an are
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bed(Law):
+class Bed(Layer):
     """An elastic layer in series.
 
     Attributes
     ----------
-    law : What holds the faces together.
     normal_stiffness, tangential_stiffness : k_N, k_T of the layer [N/m³].
     crushing : Compressive strength f_c of the mortar [Pa]; None: none.
     hardening : Slope of the pressure over the crushing [N/m³], > 0; None: a thousandth of k_N.
     shear_weight : C of the shear stress in the cap.
     """
 
-    law: Law
     normal_stiffness: Stiffness
     tangential_stiffness: Stiffness
     crushing: Strength | None = None
@@ -76,10 +74,6 @@ class Bed(Law):
         confined = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
         shear = young / (2.0 * (1.0 + poisson))
         return cls(law, confined / thickness, shear / thickness, crushing, hardening, shear_weight)
-
-    @override
-    def initial(self, count: int, dimension: int) -> JointState:
-        return self.law.initial(count, dimension)
 
     def _stiffness(self, state: JointState, area: FloatArray) -> FloatArray:
         """K · area [N/m], shape (c, d)."""

@@ -28,7 +28,7 @@ from msgspec import Meta
 from numpy.typing import ArrayLike
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import Law, spread
+from masonry_fem.joints.law import Layer, spread
 from masonry_fem.joints.laws.parts.bed import bearing
 from masonry_fem.joints.parameters import FloatArray, Length, Parameter, Stiffness
 from masonry_fem.joints.reduction import Reduction
@@ -36,27 +36,21 @@ from masonry_fem.joints.state import JointState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Closure(Law):
+class Closure(Layer):
     """Asperities that close.
 
     Attributes
     ----------
-    law : What holds the faces together.
     normal_stiffness : k_0 of the joint that no pressure has closed [N/m³].
     greatest : w_max, the closing that no pressure reaches [m].
     shear_ratio : Stiffness in shear over that under pressure.
     """
 
-    law: Law
     normal_stiffness: Stiffness
     greatest: Length
     shear_ratio: Annotated[Parameter, Meta(gt=0)] = 0.4
 
     name: ClassVar[str] = "closure"
-
-    @override
-    def initial(self, count: int, dimension: int) -> JointState:
-        return self.law.initial(count, dimension)
 
     def _stiffness(self, state: JointState, area: FloatArray) -> FloatArray:
         """K · area of the line at the greatest pressure [N/m], shape (c, d)."""

@@ -16,7 +16,7 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import Law, rub, spread
+from masonry_fem.joints.law import Layer, rub, spread
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 from masonry_fem.joints.parameters import Factor, FloatArray, Friction, Parameter, check_ranges
 from masonry_fem.joints.reduction import Reduction
@@ -24,19 +24,17 @@ from masonry_fem.joints.state import JointState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Kinetic(Law):
-    """Dynamic friction and restitution.
+class Kinetic(Layer):
+    """Dynamic friction and restitution; the friction of ``law`` is the static one.
 
     Attributes
     ----------
-    law : What holds the faces together; its friction is the static one.
     dynamic_friction : Coulomb's coefficient μ_d of a contact that slid in the step before; None: the law's.
     restitution : Newton's coefficient of the normal velocity, 0 to stop; contact is then written in
         velocities. None: it is written in gaps.
     tangential_restitution : The same of the tangential velocity; counts where there is a restitution.
     """
 
-    law: Law
     dynamic_friction: Friction | None = None
     restitution: Factor | None = None
     tangential_restitution: Factor = 0.0
@@ -94,10 +92,6 @@ class Kinetic(Law):
         return slowed
 
     @override
-    def initial(self, count: int, dimension: int) -> JointState:
-        return self.law.initial(count, dimension)
-
-    @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
         reduction = self.law.reduce(state, jump, area, step)
         return replace(reduction, friction=self._slowed(state, reduction.friction))
@@ -112,11 +106,3 @@ class Kinetic(Law):
             return after
         friction = self.reduce(after, jump, area, step).friction
         return rub(self, state, after, friction, reaction, velocity, area, step)
-
-    @override
-    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self.law.adhesive_reaction(state, area)
-
-    @override
-    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self.law.stored(state, area)

@@ -17,7 +17,7 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import Law, pressure
+from masonry_fem.joints.law import Layer, pressure
 from masonry_fem.joints.parameters import Factor, FloatArray, Length, check_ranges
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
@@ -25,17 +25,15 @@ from masonry_fem.nscd.graphs import tangential_norm
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rough(Law):
+class Rough(Layer):
     """Bounded dilatancy.
 
     Attributes
     ----------
-    law : What holds the faces together.
     dilatancy : tan ψ at the start of sliding, at most the law's friction.
     bound : Opening after much sliding [m].
     """
 
-    law: Law
     dilatancy: Factor
     bound: Length
 
@@ -69,10 +67,6 @@ class Rough(Law):
         )
 
     @override
-    def initial(self, count: int, dimension: int) -> JointState:
-        return self.law.initial(count, dimension)
-
-    @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
         inner = self.law.reduce(state, jump, area, step)
         lift = (state.dilation - state.raised) / step
@@ -91,11 +85,3 @@ class Rough(Law):
         after = self.law.update(state, trial, jump, reaction, velocity, area, step)
         lifted = pressure(reaction, self.law.adhesive_reaction(after, area)) * (dilation - state.dilation)
         return replace(after, dilation=dilation, raised=state.dilation, rubbed=after.rubbed - lifted)
-
-    @override
-    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self.law.adhesive_reaction(state, area)
-
-    @override
-    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self.law.stored(state, area)

@@ -127,11 +127,6 @@ class Softening(Adhesive):
         return remaining
 
     @override
-    def friction_at(self, state: JointState) -> FloatArray:
-        friction = spread(self.friction, state.count)
-        return friction if self.friction_mode == "constant" else friction * (1.0 - state.adhesion)
-
-    @override
     def evolve(self, state: JointState, jump: FloatArray, step: float) -> Evolution:
         c, before = state.count, state.adhesion
         opened = np.maximum(jump[:, 0], 0.0)

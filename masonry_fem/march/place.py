@@ -36,6 +36,21 @@ class Place:
     bend: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """Where a step may lead.
+
+    Attributes
+    ----------
+    impulse : Of all contacts, (c, d) [N s]. place : Of the contacts, and states of the bodies.
+    near : Whether nonlinear blocks are all but in balance there.
+    """
+
+    impulse: FloatArray
+    place: Place
+    near: bool = True
+
+
 def begun(coupling: Coupling, bodies: tuple[Any, ...]) -> Place:
     """Where a step begins.
 

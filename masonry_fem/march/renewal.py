@@ -68,6 +68,7 @@ def carried(
         result[known] = np.einsum("cij,cj->ci", here.frame[known], world[old[known]])
         return sign[:, None] * result
 
+    trend = state.trend
     status = np.full(len(old), STICK, dtype=np.int8)
     status[known] = state.status[old[known]]
     return replace(
@@ -83,6 +84,7 @@ def carried(
         reaction_frame=here.frame,
         jump=turned(state.jump),
         joints=_joints(found, state, old),
+        trend=None if trend is None else replace(trend, growth=turned(trend.growth)),
     )
 
 

@@ -23,7 +23,7 @@ from masonry_fem.march.conditions import first_guess, joint_step
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.loads import blend, blend_following, dead_forces, followed, following_forces
 from masonry_fem.march.model import Model
-from masonry_fem.march.place import Place
+from masonry_fem.march.place import Forecast, Place
 from masonry_fem.march.state import SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
 from masonry_fem.nscd.graphs import lengths
@@ -31,6 +31,7 @@ from masonry_fem.nscd.graphs import lengths
 logger = logging.getLogger(__name__)
 
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
+NEAR = 1e-3  # the same where full steps of Newton's method lead to balance
 SHARE = 1e-2  # of what a round leaves of balance: error of the contacts in the next one
 KEPT = 0.5  # of the residual: what a round may leave of that of the last one where tangents are kept
 
@@ -97,6 +98,7 @@ class Rounds:
     until : Time at its end [s], in statics the load factor.
     clock : Gathers CPU times by phase.
     start : Place of the contacts where it begins.
+    forecast : Where it may lead; None: the first round begins as the last step ended.
     """
 
     model: Model
@@ -107,11 +109,17 @@ class Rounds:
     until: float
     clock: Clock
     start: Place
+    forecast: Forecast | None = None
 
     @property
     def nonlinear(self) -> bool:
         """Whether some blocks are."""
         return any(group.nonlinear for group in self.model.groups)
+
+    @property
+    def softens(self) -> bool:
+        """Whether some blocks may: which of two balances these take depends on where rounds begin."""
+        return any(nonlinear(group).softens for group in self.model.groups if group.nonlinear)
 
     def roughly(self, error: float) -> Self:
         """The same rounds with contacts solved to an error, or to the tolerance where that is larger."""
@@ -174,6 +182,8 @@ class Rounds:
 
         With inertia blocks are elastic from the start of the step on, as they go on moving without forces.
         """
+        if self.forecast is not None:
+            return self.forecast.place.bodies
         if self.scheme.inertia:
             return (None,) * len(self.model.groups)
         return tuple(
@@ -233,7 +243,11 @@ class Rounds:
     def _guess(self, active: NDArray[np.int64], last: Round | None) -> Start | None:
         """What the contacts' solution starts from."""
         if last is None:
-            return first_guess(self.state, self.scheme, active)
+            guess = first_guess(self.state, self.scheme, active)
+            if guess is None or self.forecast is None:
+                return guess
+            told = None if self.forecast.near else guess.velocity  # near its end each contact tells itself
+            return replace(guess, impulse=self.forecast.impulse[active], velocity=told)
         told = last.solution.velocity if np.array_equal(active, last.active) else None
         return Start(last.impulse[active], last.solution.rigid_velocity, told)
 

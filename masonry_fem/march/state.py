@@ -20,6 +20,21 @@ STATUS_NAMES = ("open", "stick", "slip", "bonded")
 
 
 @dataclass(frozen=True, slots=True)
+class Trend:
+    """How a step of statics went on, by unit of the load factor: the next one may do so, too.
+
+    Attributes
+    ----------
+    growth : Of ``reaction``, in its frames [N], shape (c, d).
+    rigid, elastic : U and u_el of each group, (b, m) and (b, n) [m kg^½, m]; None where blocks do not deform.
+    """
+
+    growth: FloatArray
+    rigid: tuple[FloatArray, ...]
+    elastic: tuple[FloatArray | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class SystemState:
     """Bodies and contacts at ``time``.
 
@@ -42,6 +57,7 @@ class SystemState:
         None before the first.
     held : Overlaps that could not be driven apart are held for so many steps more, of so many.
     acting : What acted on the blocks in the last step; None until a march has seen it.
+    trend : How the last step went on; None where it was not one of statics.
     """
 
     time: float
@@ -59,6 +75,7 @@ class SystemState:
     rigid_velocity: FloatArray | None = None
     held: tuple[int, int] = (0, 0)
     acting: Acting | None = None
+    trend: Trend | None = None
 
     @property
     def force(self) -> FloatArray:

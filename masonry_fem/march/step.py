@@ -24,7 +24,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.snapping import snapped
-from masonry_fem.march.state import STICK, SystemState
+from masonry_fem.march.state import STICK, SystemState, Trend
 from masonry_fem.march.steering import SteeredRounds
 from masonry_fem.march.ties import taut_sticks
 from masonry_fem.march.turning import Turned, turned, turned_roughly
@@ -213,6 +213,7 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
         jump=shifted_jump(state, scheme) + scheme.step * scheme.theta * made.velocity,
         joints=made.joints.committed(),
         rigid_velocity=made.solution.rigid_velocity,
+        trend=None if scheme.inertia else _trend(rounds, made),
     )
     rigid_impulse = coupling.rigid_impulses(made.impulse, place.rigid_map)
     nodal = made.nodal
@@ -228,3 +229,11 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
         made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
         residuals=made.residuals, unsettled=unsettled,
     )  # fmt: skip
+
+
+def _trend(rounds: Rounds, made: Round) -> Trend:
+    """How a step of statics went on."""
+    h = rounds.scheme.step
+    parts = [group.velocity_parts(own) for group, own in zip(rounds.model.groups, made.bodies, strict=True)]
+    growth = (made.impulse / h - rounds.state.reaction) / h
+    return Trend(growth, tuple(rigid for rigid, _ in parts), tuple(elastic for _, elastic in parts))

@@ -14,7 +14,9 @@ comes nearest to itself.
 
 Contacts of a round need to be solved no more exactly than its place is known. Between blocks that deform
 impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH``, the others to a share of
-what the last one left of balance, and the last to the tolerance. Where that leads to no end, or nothing
+what the last one left of balance, and the last to the tolerance. Stones that yield need rounds anyway: as
+soon as their stresses are near to balance, blocks turn in the same rounds. Where steps of statics are alike,
+the first round is made where the last step leads on to (``forecast``). Where that leads to no end, or nothing
 balances, all rounds are made again to the tolerance, and what these say counts.
 
 References
@@ -35,8 +37,9 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
+from masonry_fem.march.forecast import foreseen
 from masonry_fem.march.place import Place, reached, rounding, turning
-from masonry_fem.march.rounds import NEWTON_TOLERANCE, SHARE, Round, Rounds
+from masonry_fem.march.rounds import NEAR, NEWTON_TOLERANCE, SHARE, Round, Rounds
 from masonry_fem.march.yielding import ROUGH_PATIENCE, settled_stresses
 from masonry_fem.nscd import Outcome
 
@@ -48,6 +51,7 @@ DEPTH = 5  # earlier rounds that the next place is made of
 BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
 ROUGH = 1e-3  # error of the contacts in a first round
+FORESEEN, STEPS = 1e-7, 8  # error and most Newton steps of one that begins next to its end
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +85,31 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     steered = rounds.model.control is not None
     if steered or not rounds.model.laws.all_plain or not (soft.any() and soft.all()):
         return None
-    first = rounds.roughly(ROUGH).solved(rounds.start, None)
+    rounds, first, error = _begun(rounds)
     if rounds.nonlinear:
-        first = settled_stresses(rounds, first, ROUGH, patience=ROUGH_PATIENCE)
-    if not first.solution.solved or not rounds.settled(first):
+        enough = NEWTON_TOLERANCE if rounds.softens else NEAR
+        first = settled_stresses(rounds, first, error, patience=ROUGH_PATIENCE, enough=enough)
+        if first.residuals[-1] > enough:
+            return None
+    if not first.solution.solved:
         return None
-    found = turned(rounds, first, ROUGH)
+    found = turned(rounds, first, error)
     return None if found.strayed or not found.made.solution.solved else found
+
+
+def _begun(rounds: Rounds) -> tuple[Rounds, Round, float]:
+    """The rounds from a forecast on if there is one, the first of them, and the error of its contacts."""
+    forecast = foreseen(rounds)
+    if forecast is None:
+        return rounds, rounds.roughly(ROUGH).solved(rounds.start, None), ROUGH
+    ahead, settings = replace(rounds, forecast=forecast), rounds.settings
+    if not forecast.near or settings.method not in ("auto", "newton"):
+        return ahead, ahead.roughly(ROUGH).solved(forecast.place, None), ROUGH
+    brief = replace(settings, method="newton", max_iterations=STEPS, acceptable=0.0)
+    first = replace(ahead, settings=brief).roughly(FORESEEN).solved(forecast.place, None)
+    if first.solution.solved:
+        return ahead, first, FORESEEN
+    return rounds, rounds.roughly(ROUGH).solved(rounds.start, None), ROUGH
 
 
 def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
@@ -107,15 +129,16 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
             "t = %.6g, round %d: %d linear solves so far; where it leads %.1e of balance is left",
             made.loading.end, count + 1, made.solution.linear_solves, left,
         )  # fmt: skip
+        felt = max(left, _yielding(made))
         exact = error <= tolerance
-        rest = _rest(rounds, made, there, left, missed) if exact else max(left, error) / tolerance
+        rest = _rest(rounds, made, there, left, missed) if exact else max(felt, error) / tolerance
         strayed = max(left, missed) > BALANCED or not rounds.settled(made) or not exact
         nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
         if nearer:
             least, best = rest, Turned(made, there, strayed)
         if rest <= 1 or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
-        error = max(tolerance, min(error, SHARE * left))
+        error = max(tolerance, min(error, SHARE * felt))
         following = rounds.roughly(error).solved(places.following(made, there, nearer=nearer), made)
         if not following.solution.solved:
             return _lost(rounds, following)
@@ -127,8 +150,12 @@ def _rest(rounds: Rounds, made: Round, there: Place, left: float, missed: float)
     """What an exact round leaves open, over what may be left open: at most 1 where it holds."""
     nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
     asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
-    yielding = made.residuals[-1] / NEWTON_TOLERANCE if made.residuals else 0.0
-    return max(left / asked, missed / nothing, yielding)
+    return max(left / asked, missed / nothing, _yielding(made) / NEWTON_TOLERANCE)
+
+
+def _yielding(made: Round) -> float:
+    """What stresses of nonlinear blocks leave of balance."""
+    return made.residuals[-1] if made.residuals else 0.0
 
 
 def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:
@@ -212,7 +239,7 @@ class _Places:
         """
         to = _Motion.of(self._rounds, made.bodies)
         gone = self._unknowns(to.rigid)
-        if self._to:  # the first round was made where statics is at rest
+        if made.place is not self._rounds.start:  # where statics is at rest
             gone = gone - self._unknowns(_Motion.of(self._rounds, made.place.bodies).rigid)
         closed = made.impulse.any(axis=1)
         alone = not self._to or not (nearer or np.array_equal(closed, self._closed))

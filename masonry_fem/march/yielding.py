@@ -44,7 +44,14 @@ class _Guess:
         return cls(made.place, made.bodies, made.impulse, made.residuals[-1], made.loading)
 
 
-def settled_stresses(rounds: Rounds, made: Round, error: float = 0.0, *, patience: int = PATIENCE) -> Round:
+def settled_stresses(
+    rounds: Rounds,
+    made: Round,
+    error: float = 0.0,
+    *,
+    patience: int = PATIENCE,
+    enough: float = NEWTON_TOLERANCE,
+) -> Round:
     """Rounds until the stresses of all nonlinear blocks balance, or come no nearer.
 
     Each is linearised where the last one led, or part of the way there if that is nearer to balance:
@@ -56,18 +63,19 @@ def settled_stresses(rounds: Rounds, made: Round, error: float = 0.0, *, patienc
     error : That the contacts of the first round were solved to, where that is more than the tolerance; those
         of the others are to ``SHARE`` of what the last one left, as long as that is less.
     patience : Rounds that may bring stresses no nearer to balance.
+    enough : What they may leave of it.
     """
     at: _Guess | None = None
     least, idle = np.inf, 0
     while made.solution.solved and len(made.residuals) < MOST:
         left = made.residuals[-1]
         idle, least = 0 if left <= 0.5 * least else idle + 1, min(left, least)
-        if left <= NEWTON_TOLERANCE or idle > patience:
+        if left <= enough or idle > patience:
             break
         end = _Guess.of(made)
         at = end if at is None else _nearest(rounds, at, end)
         error = min(error, SHARE * left)
-        made = rounds.roughly(error).solved(rounds.start, made, at.bodies)
+        made = rounds.roughly(error).solved(made.place, made, at.bodies)
     return made
 
 

@@ -164,7 +164,7 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     monkeypatch.setattr(settling, "monotonic", lambda: next(clock))
     parts = NewtonRun(problem, ProximalNewton(), start).settling
     residual = np.ones_like(problem.free_velocity)
-    settled = parts.settle(residual, start.impulse, start.rigid_velocity, 1.0, until=1e3)
+    settled = parts.settle(residual, start.impulse, start.rigid_velocity, 1.0, 1e-8, until=1e3)
     motion = start.rigid_velocity if settled is None else settled[1]
     assert (motion != start.rigid_velocity).any(axis=1).sum() == in_time
 

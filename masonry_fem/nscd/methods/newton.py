@@ -35,7 +35,7 @@ from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
 from masonry_fem.nscd.scaling import newton_scale, proximal_scale, whole_scale
-from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.settings import ACCEPTABLE, TARGET, SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import (
@@ -173,6 +173,7 @@ class NewtonRun:
         )
         self.settling = Settling(problem, held)
         self.begun = time.monotonic()
+        self.wanted = TARGET  # error at which it ends
         self.until: float | None = None  # when it has to end
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
@@ -195,6 +196,7 @@ class NewtonRun:
             return self._offer(Outcome.STALLED, solves=0)
         if self.fresh:
             self._weigh(quality)
+        self.wanted = settings.tolerance
         if settings.time_limit is not None:
             self.until = self.begun + settings.time_limit
         before = self._solves()
@@ -445,7 +447,9 @@ class NewtonRun:
             return False
         residual = self._natural_residual()
         error = self._relative(residual)
-        settled = self.settling.settle(residual, self.impulse, self.rigid_velocity, error, self.until)
+        settled = self.settling.settle(
+            residual, self.impulse, self.rigid_velocity, error, self.wanted, self.until
+        )
         if settled is None:
             return False
         self.impulse, self.rigid_velocity = settled

@@ -71,6 +71,7 @@ class Settling:
         impulse: FloatArray,
         rigid_velocity: FloatArray,
         error: float,
+        wanted: float,
         until: float | None = None,
     ) -> tuple[FloatArray, FloatArray] | None:
         """Impulses (c, d) and U (b, m) with what was far from settled at rest; None where that fails.
@@ -79,7 +80,7 @@ class Settling:
         ----------
         residual : At each contact, as an impulse, shape (c, d).
         impulse, rigid_velocity : The state, shapes (c, d) and (b, m).
-        error : Norm of the residual over that of the impulses.
+        error : Norm of the residual over that of the impulses. wanted : Error at which the whole ends.
         until : Monotonic clock after which parts stay as far as they have come [s]; None: no limit.
         """
         size = float(np.linalg.norm(residual))
@@ -90,8 +91,8 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        tolerance = float(np.clip(SHARE * error, FINEST, COARSEST))
-        enough = float(np.clip(ENOUGH * error, ACCEPTABLE, ENOUGH))
+        tolerance = float(np.clip(SHARE * error, min(FINEST, 10.0 * wanted), COARSEST))
+        enough = float(np.clip(ENOUGH * error, min(ACCEPTABLE, 100.0 * wanted), ENOUGH))
         state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
         for cluster in clusters(part.problem):
             alone = Part.of(part.problem, cluster, *state)

@@ -88,7 +88,12 @@ def _holds_another(flat: FloatArray, rows: list[int], a: int, b: int, c: int) ->
 
 
 def turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """Twice the area of a triangle with corners (2,), positive where they run counter-clockwise."""
+    """Twice the area of a triangle, positive where its corners run counter-clockwise.
+
+    Parameters
+    ----------
+    a, b, c : The corners, shape (2,).
+    """
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 

@@ -155,7 +155,7 @@ class NewtonRun:
         self.flips = Flips(problem.friction)
         self.weight = weight if settings.weight is None else settings.weight
         self.static_mass = _SOFT
-        self.bonded, self.fresh = True, True
+        self.bonded = True
         self.impulse = np.zeros_like(problem.free_velocity)
         self.rigid_velocity = problem.rigid_velocity.copy()
         self.solved_before: FloatArray | None = None  # v that the first impulses belong to
@@ -194,8 +194,6 @@ class NewtonRun:
         """One Newton step; a round that is solved moves the centre."""
         if self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
-        if self.fresh:
-            self._weigh(quality)
         self.wanted = settings.tolerance
         if settings.time_limit is not None:
             self.until = self.begun + settings.time_limit
@@ -233,13 +231,6 @@ class NewtonRun:
         if running_off and self.static_mass < _FIRM and self._restart():
             return None
         return self._give_up_round() if self.round.steps >= self.settings.round_steps else None
-
-    def _weigh(self, quality: Quality) -> None:
-        """Let α of the first round be no larger than the error of a first guess."""
-        self.fresh = False
-        if self.system.many and not self.bonded:
-            self.weight = max(min(self.weight, quality.natural_map), self.least_weight)
-            self.round.alpha = self.weight
 
     def _solves(self) -> int:
         """Linear systems so far, those of parts included."""

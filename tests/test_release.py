@@ -33,7 +33,7 @@ def test_the_workflow_runs_targets_of_the_makefile(repository):
 
 def test_files_that_contributing_names_exist(repository):
     text = (repository / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    folders = ("masonry_fem", "tests", "docs", "tools")
+    folders = ("masonry_fem", "tests", "docs", "tools", "benchmarks")
     known = {f"/{path.as_posix()}" for folder in folders for path in (repository / folder).rglob("*.py")}
     named = set(re.findall(r"`([\w/]+\.py)`", text)) - {"utils.py"}  # which is never to be
     assert len(named) > 20

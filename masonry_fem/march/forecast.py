@@ -16,7 +16,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray, Free
 from masonry_fem.march.place import Forecast, reached
 from masonry_fem.march.rounds import NEAR, Rounds
-from masonry_fem.march.state import Trend
+from masonry_fem.march.state import TrendState
 
 BETTER = 0.5  # of what the impulses of the last step leave of balance: what those of a forecast may leave
 
@@ -58,7 +58,7 @@ def _missing(rounds: Rounds, forces: tuple[FloatArray, ...], impulse: FloatArray
     return float(np.linalg.norm(np.concatenate(left)))
 
 
-def _moved_on(rounds: Rounds, forces: tuple[FloatArray, ...], trend: Trend) -> tuple[Any, ...]:
+def _moved_on(rounds: Rounds, forces: tuple[FloatArray, ...], trend: TrendState) -> tuple[Any, ...]:
     """States at the end of the step, supports where they are to be."""
     scheme, found = rounds.scheme, []
     rows = zip(rounds.model.groups, rounds.state.bodies, forces, trend.rigid, trend.elastic, strict=True)

@@ -20,7 +20,7 @@ STATUS_NAMES = ("open", "stick", "slip", "bonded")
 
 
 @dataclass(frozen=True, slots=True)
-class Trend:
+class TrendState:
     """How a step of statics went on, by unit of the load factor: the next one may do so, too.
 
     Attributes
@@ -75,7 +75,7 @@ class SystemState:
     rigid_velocity: FloatArray | None = None
     held: tuple[int, int] = (0, 0)
     acting: Acting | None = None
-    trend: Trend | None = None
+    trend: TrendState | None = None
 
     @property
     def force(self) -> FloatArray:

@@ -24,7 +24,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.snapping import snapped
-from masonry_fem.march.state import STICK, SystemState, Trend
+from masonry_fem.march.state import STICK, SystemState, TrendState
 from masonry_fem.march.steering import SteeredRounds
 from masonry_fem.march.ties import taut_sticks
 from masonry_fem.march.turning import Turned, turned, turned_roughly
@@ -231,9 +231,9 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     )  # fmt: skip
 
 
-def _trend(rounds: Rounds, made: Round) -> Trend:
+def _trend(rounds: Rounds, made: Round) -> TrendState:
     """How a step of statics went on."""
     h = rounds.scheme.step
     parts = [group.velocity_parts(own) for group, own in zip(rounds.model.groups, made.bodies, strict=True)]
     growth = (made.impulse / h - rounds.state.reaction) / h
-    return Trend(growth, tuple(rigid for rigid, _ in parts), tuple(elastic for _, elastic in parts))
+    return TrendState(growth, tuple(rigid for rigid, _ in parts), tuple(elastic for _, elastic in parts))

@@ -41,8 +41,9 @@ def children() -> list[psutil.Process]:
 def _nothing_left_behind(tmp_path_factory, monkeypatch):
     folder = tmp_path_factory.mktemp("own")  # other tests read files at the same time
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    before = set(children())  # of tests before
     yield
-    assert not [one for one in children() if one.status() != psutil.STATUS_ZOMBIE]
+    assert not [one for one in set(children()) - before if one.status() != psutil.STATUS_ZOMBIE]
     assert not list(folder.iterdir())
 
 

@@ -29,7 +29,7 @@ from tests.validation.scenes import solved
 from tests.validation.test_a2_6_patch import cube
 
 EXACT = 1e-9  # of p
-TIGHT = Solver(tolerance=1e-12)  # what is balanced to 1e-12 must be asked for
+TIGHT = Solver(tolerance=1e-13)  # contacts that are nearly slivers make 1e-9 of p of an error of 1e-12
 
 
 def assert_balanced(result: RunResult) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from PIL import Image
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.output.terminal import print_summary
@@ -74,6 +75,14 @@ def anchors(page):
     ]
     headings = [re.sub(r"[^\w\- ]", "", line.strip().lower()).replace(" ", "-") for line in plain]
     return {*headings, *re.findall(r'id="([^"]+)"', text)}
+
+
+def test_pictures_are_whole(repository):
+    pictures = sorted((repository / "docs").rglob("images/*.png"))
+    assert len(pictures) > 50
+    for picture in pictures:
+        with Image.open(picture) as image:
+            image.load()  # raises where the file ends too early
 
 
 def test_the_beam_of_the_page_on_pre_stress_says_what_the_page_says(repository):

@@ -11,8 +11,7 @@ unbalanced impulse stays from round to round, whatever ε, and U runs off along 
 
 Where a step of many elastic contacts comes out very short, slip is held back, too, by F_T + κ ρ (v_T − v_T,k)
 at contacts that slide; κ falls with each round that ends, and rises where one does not. After each such
-step the bodies that are far from settled come to rest by themselves, as a problem of their own
-(``part``), in which the same is done if need be.
+step the bodies that are far from settled come to rest by themselves, as a problem of their own (``part``).
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
@@ -71,8 +70,7 @@ class ProximalNewton:
     patience : Rounds without progress after which it is stalled.
     grip : κ of slip that is held from the start, as in a part of a problem; 0: it is held where a step comes
         out too short.
-    parts : Where slip is held, what is far from settled comes to rest by itself: after each step, or where
-        slip is held from the start after a step that goes too far.
+    parts : Where slip is held, what is far from settled comes to rest by itself after each step.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
@@ -219,7 +217,7 @@ class NewtonRun:
             self.jammed, self.grip = False, _GRIP
             return self._watch_settling() if self._settle() else self._close_round(tolerance)
         rebounds = bool(self.grip) and self._rebounds(residual)
-        if self.grip and (rebounds or not self.settings.grip) and self._settle():
+        if self.grip and self._settle():
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
         if residual <= max(self.settings.accuracy * self.error, 0.5 * share * tolerance):

@@ -7,7 +7,7 @@ while all others stay; then the next step of the whole is a full one. That is no
 is most nonlinear.
 
     settling = Settling(problem, held)
-    settled = settling.settle(residual, impulse, rigid_velocity, error)
+    settled = settling.settle(residual, impulse, rigid_velocity, error, wanted)
     if settled is not None:
         impulse, rigid_velocity = settled
 
@@ -116,13 +116,10 @@ class Settling:
         return _better(found, self._counted(iterate(part.problem, held, settings, _ahead(found))))
 
     def _enough(self, part: Part, settings: SolverSettings) -> Solution:
-        """A part's best state: with slip held; else with parts of its own, or from inside the cones."""
+        """A part's best state: with slip held; else, of a small one, from inside the cones."""
         found = self._counted(iterate(part.problem, self.held, settings, part.start))
-        if found.converged or found.outcome is Outcome.TIME_LIMIT:
+        if found.converged or found.outcome is Outcome.TIME_LIMIT or part.problem.count > FEW:
             return found
-        if part.problem.count > FEW:
-            divided = iterate(part.problem, replace(self.held, parts=True), settings, part.start)
-            return _better(found, self._counted(divided))
         return _better(found, self._from_inside(part, settings))
 
     def _from_inside(self, part: Part, settings: SolverSettings) -> Solution:

@@ -181,31 +181,50 @@ def _placed(
         _from_one_side([Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows])
         for rows in groups
     ]
-    single = [number for number, joint in enumerate(joints) if len(joint) == 1]
-    keys: list[object] = list(range(len(joints)))
-    for number, shape in zip(single, shapes([joints[number][0] for number in single]), strict=True):
-        keys[number] = (rules[groups[number][0]], *shape)
-    # walls have hundreds of congruent patches of each kind
-    first: dict[object, int] = {}
-    alike = [first.setdefault(key, number) for number, key in enumerate(keys)]
+    of = [rules[rows[0]] for rows in groups]
+    alike = _congruent(joints, of)
     waiting: dict[Rule, list[int]] = {}
-    for number in first.values():
-        waiting.setdefault(rules[groups[number][0]], []).append(number)
+    for number in dict.fromkeys(alike):
+        waiting.setdefault(of[number], []).append(number)
     made: dict[int, list[Spots]] = {}
     for rule, numbers in waiting.items():
         made |= zip(numbers, _by_rule([joints[number] for number in numbers], rule), strict=True)
     placed: list[Placed] = []
     for number, rows in enumerate(groups):
         spots = made[alike[number]]
-        if len(rows) > 1:
+        if len(rows) == 1:
+            placed.append((_moved_to(spots[0], joints[alike[number]][0], joints[number][0]), rows))
+        else:
             placed += [(spots[0], rows)] if len(spots) == 1 else zip(spots, rows[:, None], strict=True)
-            continue
-        if alike[number] != number:
-            patch = joints[number][0]
-            exchanged = spots[0].patch.sides[0] is not joints[alike[number]][0].sides[0]
-            spots = [replace(spots[0], patch=patch.exchanged() if exchanged else patch)]
-        placed.append((spots[0], rows))
     return placed
+
+
+def _congruent(joints: Sequence[Sequence[Patch]], rules: Sequence[Rule]) -> list[int]:
+    """The first joint that each is congruent to and has a rule with: walls have hundreds of each kind.
+
+    Parameters
+    ----------
+    joints : Those of more than one patch are like no other. rules : Of each.
+    """
+    keys: list[object] = list(range(len(joints)))
+    single = [number for number, joint in enumerate(joints) if len(joint) == 1]
+    for number, shape in zip(single, shapes([joints[number][0] for number in single]), strict=True):
+        keys[number] = (rules[number], *shape)
+    first: dict[object, int] = {}
+    return [first.setdefault(key, number) for number, key in enumerate(keys)]
+
+
+def _moved_to(spots: Spots, patch: Patch, there: Patch) -> Spots:
+    """Contacts of a patch as those of a congruent one.
+
+    Parameters
+    ----------
+    spots : What a rule has placed on ``patch``, maybe with sides exchanged. there : The other.
+    """
+    if there is patch:
+        return spots
+    exchanged = spots.patch.sides[0] is not patch.sides[0]
+    return replace(spots, patch=there.exchanged() if exchanged else there)
 
 
 def _from_one_side(patches: Sequence[Patch]) -> list[Patch]:

@@ -24,7 +24,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks, pattern_of
 from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.modal import Modal, Modes
-from masonry_fem.nscd.settings import Structure
+from masonry_fem.nscd.structure import Structure
 
 ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
 # Numbers in W_el from which it is kept by kinds of stones: those of some 600 contacts of a wall. There a

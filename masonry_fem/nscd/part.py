@@ -19,7 +19,8 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.nscd.compliance import only
 from masonry_fem.nscd.problem import COHESION, ContactProblem
-from masonry_fem.nscd.settings import Start, Structure
+from masonry_fem.nscd.settings import Start
+from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

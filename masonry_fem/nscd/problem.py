@@ -26,7 +26,7 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.compliance import Operator, Shared, operator
-from masonry_fem.nscd.settings import Structure
+from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

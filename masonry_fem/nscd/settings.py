@@ -1,27 +1,18 @@
-"""Settings of a solution, where it starts, and what is kept for the next one.
+"""Settings of a solution, and where it starts.
 
 solve(problem, SolverSettings(method="newton", tolerance=1e-9), Start(impulse=last.impulse))
-ContactProblem(..., structure=structure)       # as the one before, whose ``Structure`` it was
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import methods
-
-if TYPE_CHECKING:
-    from scipy import sparse
-
-    from masonry_fem.nscd.mumps import Mumps
-    from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix
-    from masonry_fem.nscd.solvers.newton_system import NewtonFactor
-
 
 LinearName = Literal["auto", "direct", "krylov"]
 
@@ -110,31 +101,3 @@ class Start:
     impulse: NDArray[np.float64] | None = None
     rigid_velocity: NDArray[np.float64] | None = None
     velocity: NDArray[np.float64] | None = None
-
-
-@dataclass(slots=True, eq=False)
-class Structure:
-    """What the contact solver keeps from one problem to the next while contacts stay the same.
-
-    Whoever makes problems of the same contacts one after another, as the rounds and steps of a march are,
-    gives all of them one ``Structure``. Solvers look at what is in it, and use it where it fits a problem: it
-    decides what a solution costs, and no more than rounding of what it is.
-
-    Attributes
-    ----------
-    matrix : Pattern of the last Newton matrix with elastic contacts, and its factor's order of elimination.
-    factor : The last factor of such a matrix.
-    factored : An iteration in place of a factor took too long: there are factors only from then on.
-    bodies : The last matrix of bodies with modes, and its factor's order of elimination.
-    alone : The problem is a part of one that ranks share; one of them solves it.
-    """
-
-    matrix: ElasticMatrix | None = None
-    factor: NewtonFactor | None = None
-    factored: bool = False
-    bodies: tuple[sparse.csr_array, Mumps] | None = None
-    alone: bool = False
-
-    def empty(self) -> None:
-        """Keep no matrices: they are as large as all that is known of the contacts."""
-        self.matrix = self.factor = self.bodies = None

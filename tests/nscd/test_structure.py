@@ -11,10 +11,10 @@ from masonry_fem.nscd import SolverSettings, Start, solve
 from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
-from masonry_fem.nscd.settings import Structure
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
 from masonry_fem.nscd.solvers.chord import continued
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
+from masonry_fem.nscd.structure import Structure
 from tests.nscd import walls
 
 SETTINGS = SolverSettings()

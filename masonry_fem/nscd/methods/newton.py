@@ -69,8 +69,7 @@ class ProximalNewton:
     round_steps : Newton steps after which a round is given up.
     patience : Rounds without progress after which it is stalled.
     grip : κ of slip that is held from the start, as in a part of a problem; 0: it is held where a step comes
-        out too short.
-    parts : Where slip is held, what is far from settled comes to rest by itself after each step.
+        out too short, and what is far from settled then comes to rest by itself after each step.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
@@ -85,7 +84,6 @@ class ProximalNewton:
     round_steps: int = 40
     patience: int = 20
     grip: float = 0.0
-    parts: bool = True
     moving: bool = False
     iterations: int = 400
     library: Library = "auto"
@@ -165,7 +163,6 @@ class NewtonRun:
         held = ProximalNewton(
             weight=self.least_weight,
             grip=_GRIP,
-            parts=False,
             iterations=_PART_STEPS,
             library=settings.library,
         )
@@ -431,8 +428,8 @@ class NewtonRun:
     # parts
 
     def _settle(self) -> bool:
-        """Bring what is far from settled to rest by itself; False where that cannot be done."""
-        if not self.settings.parts:
+        """Bring what is far from settled to rest by itself; False in parts, and where it cannot be done."""
+        if self.settings.grip:
             return False
         residual = self._natural_residual()
         error = self._relative(residual)

@@ -22,12 +22,12 @@ from scipy import sparse
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.settings import Structure
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
 from masonry_fem.nscd.solvers.elastic_ranks import Portions, parted
+from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -42,12 +42,14 @@ FloatArray = NDArray[np.float64]
 # a part of no more than so many of all contacts.
 LEFT = (0.1, 0.3, 0.6)
 MOST = 0.5
-# Error that is wanted of a part relative to that of the whole, the least and greatest; and what is good
-# enough. Steps of the whole are dear: a wall of 100×100 takes 10, but 24 with parts no finer than 1e-6.
+# Error that is wanted of a part relative to that of the whole, the least and greatest; what is good enough,
+# and steps from there on. Steps of the whole are dear: a wall of 100×100 takes 10, but 24 with parts no
+# finer than 1e-6.
 SHARE, FINEST, COARSEST = 1e-2, 1e-7, 1e-5
-ENOUGH, FURTHER = 0.1, 20  # and steps from there towards the one that is wanted
-# Contacts up to which the interior point has a go at it. Without that a vault of 178 unlike stones takes 40 s
-# instead of 11; with 500 or 5000, and with other values of what is above, it and pushed walls take as long.
+ENOUGH, FURTHER = 0.1, 20
+# Least errors that are wanted, and good enough, over that at which the whole ends, where that is less.
+FINER, LEAST = 10.0, 100.0
+# Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
 FEW = 1_500
 _NO_TIME = 1e-9  # a limit that is over [s]
 
@@ -91,13 +93,13 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        tolerance = float(np.clip(SHARE * error, min(FINEST, 10.0 * wanted), COARSEST))
-        enough = float(np.clip(ENOUGH * error, min(ACCEPTABLE, 100.0 * wanted), ENOUGH))
+        tolerance = float(np.clip(SHARE * error, min(FINEST, FINER * wanted), COARSEST))
+        enough = float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * wanted), ENOUGH))
         state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
         for cluster in clusters(part.problem):
             alone = Part.of(part.problem, cluster, *state)
-            rest = None if until is None else max(until - monotonic(), _NO_TIME)
-            found = self._rest(alone, SolverSettings(tolerance=tolerance, time_limit=rest), enough)
+            time_left = None if until is None else max(until - monotonic(), _NO_TIME)
+            found = self._rest(alone, SolverSettings(tolerance=tolerance, time_limit=time_left), enough)
             if found.quality.error <= enough:
                 state, settled = alone.put(found.impulse, found.rigid_velocity), True
         return part.put(*state) if settled else None

@@ -1,0 +1,45 @@
+"""Structure: what the contact solver keeps from one problem to the next while contacts stay the same.
+
+Whoever makes problems of the same contacts one after another, as the rounds and steps of a march are, gives
+all of them one ``Structure``. Solvers look at what is in it, and use it where it fits a problem: it decides
+what a solution costs, and no more than rounding of what it is.
+
+    structure = Structure()
+    problem = ContactProblem(..., structure=structure)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scipy import sparse
+
+    from masonry_fem.nscd.mumps import Mumps
+    from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix
+    from masonry_fem.nscd.solvers.newton_system import NewtonFactor
+
+
+@dataclass(slots=True, eq=False)
+class Structure:
+    """What is kept.
+
+    Attributes
+    ----------
+    matrix : Pattern of the last Newton matrix with elastic contacts, and its factor's order of elimination.
+    factor : The last factor of such a matrix.
+    factored : An iteration in place of a factor took too long: there are factors only from then on.
+    bodies : The last matrix of bodies with modes, and its factor's order of elimination.
+    alone : The problem is a part of one that ranks share; one of them solves it.
+    """
+
+    matrix: ElasticMatrix | None = None
+    factor: NewtonFactor | None = None
+    factored: bool = False
+    bodies: tuple[sparse.csr_array, Mumps] | None = None
+    alone: bool = False
+
+    def empty(self) -> None:
+        """Keep no matrices: they are as large as all that is known of the contacts."""
+        self.matrix = self.factor = self.bodies = None

@@ -1,5 +1,5 @@
 # make demo    an arch comes to equilibrium; everything needed is installed into .venv first
-# make test    the test suite without the tests that are marked slow: ten minutes on two cores
+# make test    the test suite without the tests that are marked slow: five to ten minutes on two cores
 # make test-all  all of it: what CI runs
 # make test-kernels  tests that rounding could decide, once more with other machine code of OpenBLAS
 # make lint    what CI checks besides the tests

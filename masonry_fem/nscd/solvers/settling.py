@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.outcome import Outcome, Solution
-from masonry_fem.nscd.part import Part, clusters, touched, unsettled
+from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 
@@ -95,14 +95,14 @@ class Settling:
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
         tolerance = float(np.clip(SHARE * error, min(FINEST, FINER * wanted), COARSEST))
         enough = float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * wanted), ENOUGH))
-        state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
-        for cluster in clusters(part.problem):
-            alone = Part.of(part.problem, cluster, *state)
+        impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
+        for cluster in part.clusters():
             time_left = None if until is None else max(until - monotonic(), _NO_TIME)
-            found = self._rest(alone, SolverSettings(tolerance=tolerance, time_limit=time_left), enough)
+            found = self._rest(cluster, SolverSettings(tolerance=tolerance, time_limit=time_left), enough)
             if found.quality.error <= enough:
-                state, settled = alone.put(found.impulse, found.rigid_velocity), True
-        return part.put(*state) if settled else None
+                impulse[cluster.contacts], settled = found.impulse, True
+                rigid_velocity[cluster.bodies] = found.rigid_velocity
+        return (impulse, rigid_velocity) if settled else None
 
     def _rest(self, part: Part, settings: SolverSettings, enough: float) -> Solution:
         """A part's best state: first one that is good enough, then a few steps towards what is wanted.

@@ -194,7 +194,7 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     start = sliding(problem)
     assert start.impulse is not None
     assert start.rigid_velocity is not None
-    clock = iter([0.0] * in_time + [2e3] * 8)
+    clock = iter([0.0] * (2 + in_time) + [2e3] * 8)
     monkeypatch.setattr(settling, "MOST", 1.0)
     monkeypatch.setattr(settling, "monotonic", lambda: next(clock))
     parts = NewtonRun(problem, ProximalNewton(), start).settling

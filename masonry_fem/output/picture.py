@@ -46,6 +46,7 @@ FloatArray = NDArray[np.float64]
 
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#7a4fa3"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
+FRICTION = STATUS_COLOURS[SLIP]
 DISPLACEMENT_COLOURS = "YlGnBu"
 DAMAGE_COLOURS = "inferno_r"
 
@@ -181,17 +182,18 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
 
 
 def draw_resultants(scenery: Scenery, path: Path) -> Path:
-    """Resultant of each interface at its centre of pressure."""
-    points, force = interface_resultants(scenery.contacts)
+    """Resultant of each interface at its centre of pressure, and the friction in it."""
+    points, force, friction = interface_resultants(scenery.contacts)
     joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
     sheet = Sheet(
         title_of(scenery.title, "joint resultants"),
         f"Resultant of {joints} at its centre of pressure, on the upper block; displacements × 1; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
-    return _draw_arrows(
-        scenery, sheet, path, points, force, [(COMPRESSION, np.ones(len(force), bool))], [], 1.0
-    )
+    of_friction = np.repeat([False, True], len(force))
+    parts, keys = [(COMPRESSION, ~of_friction), (FRICTION, of_friction)], [Key("of it friction", FRICTION)]
+    arrows = np.concatenate([force, friction])
+    return _draw_arrows(scenery, sheet, path, np.concatenate([points, points]), arrows, parts, keys, 1.0)
 
 
 def draw_damage(scenery: Scenery, path: Path) -> Path:

@@ -119,7 +119,7 @@ def draw_utilisation(scenery: Scenery, path: Path, amplification: float | None =
     limits = (0.0, max(limit, 1e-12))
     sheet = Sheet(
         title_of(scenery.title, "utilisation of the strength"),
-        f"{shape.caption()}; stress smoothed to the nodes, greatest there {top:.3g} (ringed)"
+        f"{shape.caption()}; stress smoothed to the nodes, greatest there {top:.3g} (ringed, also if hidden)"
         + (f", colours end at {limit:.3g}" if over else ""),
     )
     sheet.bar = ColourBar("utilisation\nat nodes [-]", USED_COLOURS, limits, over)

@@ -104,7 +104,14 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "spreading_arch": ({}, {"spreading_arch": "overview", "spreading_arch_mechanism": "mechanism"}),
     "rocking_column": ({}, {"rocking_column": "rocking_column"}),
     "dry_walls": ({}, {"dry_walls": "dry_walls"}),
-    "cracking_wall": ({}, {"cracking_wall": "cracking_wall", "cracking_wall_damage": "stone_damage"}),
+    "cracking_wall": (
+        {},
+        {
+            "cracking_wall": "SW.100/wall",
+            "cracking_wall_damage": "SW.100/stone_damage",
+            "cracking_wall_30": "SW.30/wall",
+        },
+    ),
     "split_stone": ({}, {"split_stone": "stone_damage"}),
     "crushed_pillar": ({}, {"crushed_pillar": "stone_plastic_strain"}),
 }

@@ -205,7 +205,7 @@ def tell_flowed(model: Model, state: SystemState) -> str:
     -------
     str : What was told; "" where nothing was.
     """
-    strains = {}
+    strains: dict[str, tuple[float, str]] = {}
     for group, own in zip(model.groups, state.bodies, strict=True):
         plastic = group.material_state(own).get("plastic_strain")
         if plastic is not None:

@@ -187,6 +187,22 @@ def make_study() -> None:
     print(f"study.png  {size / 1e3:.0f} kB")
 
 
+def make_cracking_study() -> None:
+    """The picture of docs/strength.md: the peak of a wall by the tensile strength of its stones."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = study(
+            ROOT / "demos" / "cracking_wall.toml",
+            {"materials.sandstone.inelastic.tensile_strength": ["3 MPa", "4 MPa", "6 MPa"]},
+            overrides=("analysis.load_steps=20", "supports.0.motion.displacement=[8e-3,0.0]"),
+            quantities=["peak"],
+            peaks=["supports.jack.x"],
+            out=Path(folder),
+        )
+        *_, picture = made.write()
+        size = shrink(picture, IMAGES / "cracking_wall_study.png", (572,))
+    print(f"cracking_wall_study.png  {size / 1e3:.0f} kB")
+
+
 def make_reduced() -> None:
     """The picture of docs/reduced.md: a wall that is pushed, of rigid, reduced and elastic stones."""
     scene = loads(
@@ -348,6 +364,7 @@ if __name__ == "__main__":
         "threshold": make_threshold,
         "study": make_study,
         "refined": make_refined,
+        "cracking_study": make_cracking_study,
         "reduced": make_reduced,
         "side_by_side": make_side_by_side,
     }

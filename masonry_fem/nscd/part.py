@@ -1,12 +1,12 @@
 """Part: some bodies of a contact problem as a problem of their own, while all others stay as they are.
 
     part = Part.of(problem, chosen, impulse, rigid_velocity)
-    for cluster in part.clusters():
-        solution = iterate(cluster.problem, method, settings, cluster.start)
-        impulse[cluster.contacts], rigid_velocity[cluster.bodies] = solution.impulse, solution.rigid_velocity
+    for group in part.groups():               # which have nothing to do with each other
+        solution = iterate(group.problem, method, settings, group.start)
+        impulse[group.contacts], rigid_velocity[group.bodies] = solution.impulse, solution.rigid_velocity
 
 Its contacts are those of its bodies. What the other contacts push, and how the other bodies move, become
-loads and motions of its own. Bodies that do not hang together by contacts are clusters, each a part.
+loads and motions of its own.
 """
 
 from __future__ import annotations
@@ -28,10 +28,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# Layers of bodies around those that are far from settled: what these give to bodies beside the part, which
-# stay, is unbalanced there. With one a part at rest may leave the whole with a greater error than before.
-AROUND = 2
-
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -41,12 +37,14 @@ class Part:
     ----------
     problem : Theirs alone.
     contacts, bodies : Their numbers in the whole, ascending, shapes (k,) and (n,).
+    sides : Bodies of the whole on both sides of its contacts, shape (k, 2).
     impulse, rigid_velocity : State that they were in, shapes (k, d) and (n, m).
     """
 
     problem: ContactProblem
     contacts: IntArray
     bodies: IntArray
+    sides: IntArray
     impulse: FloatArray
     rigid_velocity: FloatArray
 
@@ -65,21 +63,22 @@ class Part:
         velocity = whole.velocity(outer, np.where(chosen[:, None], 0.0, rigid_velocity))
         pushed = whole.rigid_impulse + whole.body_impulse(outer)
         beside = replace(whole, free_velocity=velocity, rigid_impulse=pushed, structure=Structure(alone=True))
-        every = cls(beside, np.arange(whole.count), np.arange(whole.body_count), impulse, rigid_velocity)
+        numbers = np.arange(whole.count), np.arange(whole.body_count)
+        every = cls(beside, *numbers, whole.bodies, impulse, rigid_velocity)
         return every._only(np.flatnonzero(inside), np.flatnonzero(chosen))
 
-    def clusters(self) -> Iterator[Part]:
-        """Bodies that hang together by contacts, each cluster a part of the same whole."""
-        problem, count = self.problem, self.problem.body_count
-        pairs = problem.bodies[(problem.bodies >= 0).all(axis=1)]
-        graph = sparse.coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
-        clusters, found = connected_components(graph, directed=False)
-        number = found.astype(np.int64)
-        contacts, bodies = number[problem.bodies.max(axis=1)], number
-        ends = np.arange(1, clusters)
-        return (
-            self._only(*own) for own in zip(_grouped(contacts, ends), _grouped(bodies, ends), strict=True)
-        )
+    def groups(self) -> Iterator[Part]:
+        """Parts of the same whole that have nothing to do with each other: no body touches two of them."""
+        hanging = _hanging(self.sides, int(max(self.sides.max(initial=-1), self.bodies.max())) + 1)
+        names, bodies = np.unique(hanging[self.bodies], return_inverse=True)
+        contacts = np.searchsorted(names, hanging[self.sides.max(axis=1)])
+        its = zip(_grouped(contacts, len(names)), _grouped(bodies, len(names)), strict=True)
+        return (self._only(*own) for own in its)
+
+    def clusters(self) -> list[Mask]:
+        """Bodies that hang together by contacts of their own, cluster by cluster, each of shape (n,)."""
+        hanging = _hanging(self.problem.bodies, self.problem.body_count)
+        return [hanging == name for name in np.unique(hanging)]
 
     @property
     def start(self) -> Start:
@@ -110,20 +109,34 @@ class Part:
             problem,
             self.contacts[contacts],
             self.bodies[bodies],
+            self.sides[contacts],
             self.impulse[contacts],
             self.rigid_velocity[bodies],
         )
 
 
-def _grouped(number: IntArray, ends: IntArray) -> list[IntArray]:
-    """Items by their number from 0 on, each group ascending.
+def _hanging(sides: IntArray, count: int) -> IntArray:
+    """A name of what each body hangs together with by contacts, shape (count,).
 
     Parameters
     ----------
-    number : Of each item, shape (n,). ends : Numbers at which a group begins but the first, ascending.
+    sides : Bodies on both sides of each contact, −1 for none, shape (k, 2). count : Of bodies.
+    """
+    pairs = sides[(sides >= 0).all(axis=1)]
+    graph = sparse.coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
+    _, names = connected_components(graph, directed=False)
+    return names.astype(np.int64)
+
+
+def _grouped(number: IntArray, count: int) -> list[IntArray]:
+    """Items by their number, each group ascending.
+
+    Parameters
+    ----------
+    number : Of each item, from 0 on, shape (n,). count : Of groups.
     """
     order = np.argsort(number, kind="stable")
-    return np.split(order, np.searchsorted(number[order], ends))
+    return np.split(order, np.cumsum(np.bincount(number, minlength=count))[:-1])
 
 
 def touched(problem: ContactProblem, chosen: Mask) -> Mask:
@@ -138,7 +151,7 @@ def touched(problem: ContactProblem, chosen: Mask) -> Mask:
 
 
 def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Mask:
-    """The fewest bodies without whose contacts the residual is at most ``least``, and those around them.
+    """The fewest bodies without whose contacts the residual is at most ``least``, and their neighbours.
 
     Parameters
     ----------
@@ -152,6 +165,5 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     order = np.argsort(of_bodies[:-1], kind="stable")
     chosen = np.zeros(problem.body_count + 1, dtype=bool)
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True
-    for _ in range(AROUND):
-        chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
+    chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
     return chosen[:-1]

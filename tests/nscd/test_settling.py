@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd import SolverSettings
@@ -13,6 +14,8 @@ from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import Start
 from masonry_fem.nscd.solvers import settling
 from tests.nscd.walls import wall
+
+IntArray = NDArray[np.int64]
 
 FRICTION = 0.5
 SUPPORTS = 31
@@ -98,17 +101,18 @@ def test_unsettled_bodies_are_the_fewest() -> None:
     assert not unsettled(problem, residual, 1e3).any()
 
 
-def test_two_layers_around_unsettled_bodies_belong_to_them() -> None:
-    problem = wall(8, 2.0, (2, 1, 1)).problem()
+def beside(problem: ContactProblem, bodies: list[int]) -> IntArray:
+    """Some bodies and those that touch them."""
+    pair = problem.bodies[np.isin(problem.bodies, bodies).any(axis=1)]
+    return np.unique(pair[pair >= 0])
+
+
+def test_neighbours_of_unsettled_bodies_belong_to_them() -> None:
+    problem = wall(4, 2.0, (2, 1, 1)).problem()
     residual = np.zeros_like(problem.free_velocity)
     one = int(np.flatnonzero((problem.bodies >= 0).all(axis=1))[0])
     residual[one] = 1.0
-    pair = problem.bodies[one]
-    expected = pair
-    for _ in range(2):
-        beside = problem.bodies[np.isin(problem.bodies, expected).any(axis=1)]
-        expected = np.unique(beside[beside >= 0])
-    assert len(expected) < problem.body_count
+    expected = beside(problem, problem.bodies[one].tolist())
     np.testing.assert_array_equal(np.flatnonzero(unsettled(problem, residual, 0.1)), expected)
 
 
@@ -122,38 +126,55 @@ def whole_of(problem: ContactProblem) -> Part:
 
 def test_bodies_that_do_not_touch_are_clusters_of_their_own() -> None:
     problem, _ = boards(4)
-    found = list(whole_of(problem).clusters())
-    np.testing.assert_array_equal([cluster.bodies for cluster in found], [[0], [1], [2], [3]])
-    for cluster in found:
-        np.testing.assert_array_equal(
-            cluster.contacts, np.flatnonzero(problem.bodies[:, 0] == cluster.bodies)
-        )
+    found = list(whole_of(problem).groups())
+    np.testing.assert_array_equal([group.bodies for group in found], [[0], [1], [2], [3]])
+    for group in found:
+        of_body = np.flatnonzero(problem.bodies[:, 0] == group.bodies)
+        np.testing.assert_array_equal(group.contacts, of_body)
+    np.testing.assert_array_equal(whole_of(problem).clusters(), np.eye(4, dtype=bool))
     standing = wall(4, 2.0, (2, 1, 1)).problem()
-    (whole,) = whole_of(standing).clusters()
+    (whole,) = whole_of(standing).groups()
     np.testing.assert_array_equal(whole.bodies, np.arange(standing.body_count))
+    (all_of_it,) = whole.clusters()
+    assert all_of_it.all()
 
 
-def test_clusters_feel_what_stays_beside_them() -> None:
-    """Two courses of a wall, apart: what each cluster takes for given is what the whole would."""
-    problem = wall(5, 2.0, (2, 1, 1)).problem()
+def test_groups_have_nothing_to_do_with_each_other() -> None:
+    """Loads and motions of a group are those that it has where the others stay, whatever they do."""
+    problem = wall(8, 2.0, (2, 1, 1)).problem()
     random = np.random.default_rng(5)
     impulse = random.normal(size=problem.free_velocity.shape)
     motion = random.normal(size=problem.rigid_mass.shape)
+    last = problem.body_count - 1
     chosen = np.zeros(problem.body_count, dtype=bool)
-    chosen[[0, -1]] = True
-    clusters = list(Part.of(problem, chosen, impulse, motion).clusters())
-    assert [cluster.bodies.tolist() for cluster in clusters] == [[0], [problem.body_count - 1]]
-    for cluster in clusters:
+    chosen[[0, last]] = True
+    groups = list(Part.of(problem, chosen, impulse, motion).groups())
+    assert [group.bodies.tolist() for group in groups] == [[0], [last]]
+    for group, other in zip(groups, groups[::-1], strict=True):
         alone = np.zeros_like(chosen)
-        alone[cluster.bodies] = True
-        part = Part.of(problem, alone, impulse, motion)
-        np.testing.assert_array_equal(cluster.contacts, part.contacts)
-        np.testing.assert_array_equal(cluster.impulse, part.impulse)
+        alone[group.bodies] = True
+        moved = impulse.copy()
+        moved[other.contacts] += 1.0
+        part = Part.of(problem, alone, moved, motion)
+        np.testing.assert_array_equal(group.contacts, part.contacts)
+        np.testing.assert_array_equal(group.impulse, part.impulse)
         for got, expected in (
-            (cluster.problem.free_velocity, part.problem.free_velocity),
-            (cluster.problem.rigid_impulse, part.problem.rigid_impulse),
+            (group.problem.free_velocity, part.problem.free_velocity),
+            (group.problem.rigid_impulse, part.problem.rigid_impulse),
         ):
             np.testing.assert_allclose(got, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_clusters_that_touch_one_body_are_one_group() -> None:
+    problem = wall(8, 2.0, (2, 1, 1)).problem()
+    around = beside(problem, [0])
+    two = [0, int(np.setdiff1d(beside(problem, around.tolist()), around)[0])]
+    chosen = np.zeros(problem.body_count, dtype=bool)
+    chosen[two] = True
+    part = Part.of(problem, chosen, np.zeros_like(problem.free_velocity), problem.rigid_velocity)
+    (group,) = part.groups()
+    np.testing.assert_array_equal(group.bodies, sorted(two))
+    assert len(group.clusters()) == 2
 
 
 def solved(steps: int) -> tuple[int, float]:

@@ -101,13 +101,12 @@ class Settling:
             enough=float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * wanted), ENOUGH)),
             seconds=None if until is None else max(until - monotonic(), _NO_TIME),
         )
-        clusters = list(part.clusters())
+        groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
-        for cluster, found in zip(clusters, _rested(clusters, aim), strict=True):
+        for group, found in zip(groups, _rested(groups, aim), strict=True):
             self.linear_solves += found.linear_solves
-            if found.error <= aim.enough:
-                impulse[cluster.contacts], settled = found.impulse, True
-                rigid_velocity[cluster.bodies] = found.rigid_velocity
+            impulse[group.contacts], rigid_velocity[group.bodies] = found.impulse, found.rigid_velocity
+            settled = settled or found.settled
         return (impulse, rigid_velocity) if settled else None
 
 
@@ -129,30 +128,30 @@ class Aim:
 
 
 class Rested(NamedTuple):
-    """A part's best state, (k, d) and (n, m), its error, and the linear systems that it took."""
+    """A group's state, (k, d) and (n, m), whether some of it came to rest, and the linear systems it took."""
 
     impulse: FloatArray
     rigid_velocity: FloatArray
-    error: float
+    settled: bool
     linear_solves: int
 
 
-def _rested(clusters: Sequence[Part], aim: Aim) -> list[Rested]:
+def _rested(groups: Sequence[Part], aim: Aim) -> list[Rested]:
     """The states of parts that have nothing to do with each other; several ranks share them.
 
     Parameters
     ----------
-    clusters : The parts. aim : What is asked of them.
+    groups : The parts. aim : What is asked of them.
     """
     leader = team()
-    if not isinstance(leader, Leader) or len(clusters) < 2:
-        return _in_turn(clusters, aim)
-    its = _dealt([cluster.problem.count for cluster in clusters], leader.size)
-    shares = [([clusters[number] for number in own], aim) for own in its]
+    if not isinstance(leader, Leader) or len(groups) < 2:
+        return _one_by_one(groups, aim)
+    its = _dealt([group.problem.count for group in groups], leader.size)
+    shares = [([groups[number] for number in own], aim) for own in its]
     found: dict[int, Rested] = {}
     for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
         found |= dict(zip(own, states, strict=True))
-    return [found[number] for number in range(len(clusters))]
+    return [found[number] for number in range(len(groups))]
 
 
 def _dealt(sizes: Sequence[int], ranks: int) -> list[list[int]]:
@@ -169,18 +168,34 @@ def _dealt(sizes: Sequence[int], ranks: int) -> list[list[int]]:
 def _on_rank(member: Member, share: tuple[list[Part], Aim]) -> list[Rested]:
     """The states of the parts that a rank has got."""
     with member.on("parts"):
-        found: list[Rested] = member.together(lambda: _in_turn(*share))
+        found: list[Rested] = member.together(lambda: _one_by_one(*share))
     return found
 
 
-def _in_turn(parts: Sequence[Part], aim: Aim) -> list[Rested]:
+def _one_by_one(groups: Sequence[Part], aim: Aim) -> list[Rested]:
     """The states of some parts, one after the other."""
     until = None if aim.seconds is None else monotonic() + aim.seconds
-    found = []
-    for part in parts:
+    return [_in_turn(group, aim, until) for group in groups]
+
+
+def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
+    """The state of a part whose clusters come to rest in turn: they feel each other by what they touch.
+
+    Parameters
+    ----------
+    group : The part. aim : What is asked of it. until : As for ``Settling.settle``.
+    """
+    impulse, rigid_velocity, settled, solves = group.impulse.copy(), group.rigid_velocity.copy(), False, 0
+    for chosen in group.clusters():
+        cluster = Part.of(group.problem, chosen, impulse, rigid_velocity)
         left = None if until is None else max(until - monotonic(), _NO_TIME)
-        found.append(_Rest(part, aim, SolverSettings(tolerance=aim.wanted, time_limit=left)).best())
-    return found
+        rest = _Rest(cluster, aim, SolverSettings(tolerance=aim.wanted, time_limit=left))
+        found = rest.best()
+        solves += rest.linear_solves
+        if found.quality.error <= aim.enough:
+            impulse[cluster.contacts], settled = found.impulse, True
+            rigid_velocity[cluster.bodies] = found.rigid_velocity
+    return Rested(impulse, rigid_velocity, settled, solves)
 
 
 class _Rest:
@@ -195,13 +210,13 @@ class _Rest:
         self.part, self.aim, self.settings = part, aim, settings
         self.linear_solves = 0
 
-    def best(self) -> Rested:
+    def best(self) -> Solution:
         """Its best state: first one that is good enough, then a few steps towards what is wanted."""
         found = self._enough(replace(self.settings, tolerance=self.aim.enough))
         if found.converged and found.quality.error > self.settings.tolerance:
             held = replace(self.aim.held, iterations=FURTHER)
             found = _better(found, self._solved(held, self.settings, _ahead(found)))
-        return Rested(found.impulse, found.rigid_velocity, found.quality.error, self.linear_solves)
+        return found
 
     def _enough(self, settings: SolverSettings) -> Solution:
         """Its best state: with slip held; else, of a small one, from inside the cones."""

@@ -104,7 +104,14 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "spreading_arch": ({}, {"spreading_arch": "overview", "spreading_arch_mechanism": "mechanism"}),
     "rocking_column": ({}, {"rocking_column": "rocking_column"}),
     "dry_walls": ({}, {"dry_walls": "dry_walls"}),
-    "cracking_wall": ({}, {"cracking_wall": "cracking_wall", "cracking_wall_damage": "stone_damage"}),
+    "cracking_wall": (
+        {},
+        {
+            "cracking_wall": "SW.100/wall",
+            "cracking_wall_damage": "SW.100/stone_damage",
+            "cracking_wall_30": "SW.30/wall",
+        },
+    ),
     "split_stone": ({}, {"split_stone": "stone_damage"}),
     "crushed_pillar": ({}, {"crushed_pillar": "stone_plastic_strain"}),
 }
@@ -178,6 +185,22 @@ def make_study() -> None:
         *_, picture = made.write()
         size = shrink(picture, IMAGES / "study.png")
     print(f"study.png  {size / 1e3:.0f} kB")
+
+
+def make_cracking_study() -> None:
+    """The picture of docs/strength.md: the peak of a wall by the tensile strength of its stones."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = study(
+            ROOT / "demos" / "cracking_wall.toml",
+            {"materials.sandstone.inelastic.tensile_strength": ["3 MPa", "4 MPa", "6 MPa"]},
+            overrides=("analysis.load_steps=20", "supports.0.motion.displacement=[8e-3,0.0]"),
+            quantities=["peak"],
+            peaks=["supports.jack.x"],
+            out=Path(folder),
+        )
+        *_, picture = made.write()
+        size = shrink(picture, IMAGES / "cracking_wall_study.png", (572,))
+    print(f"cracking_wall_study.png  {size / 1e3:.0f} kB")
 
 
 def make_reduced() -> None:
@@ -341,6 +364,7 @@ if __name__ == "__main__":
         "threshold": make_threshold,
         "study": make_study,
         "refined": make_refined,
+        "cracking_study": make_cracking_study,
         "reduced": make_reduced,
         "side_by_side": make_side_by_side,
     }

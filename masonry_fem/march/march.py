@@ -28,7 +28,7 @@ from masonry_fem.march.standing import Found, Keep, Standing
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
 from masonry_fem.march.step_report import StepReport
-from masonry_fem.march.troubles import Troubles, tell_promoted
+from masonry_fem.march.troubles import Troubles, tell_flowed, tell_promoted
 from masonry_fem.march.verdict import End, Verdict, could_rest, drift, sentence, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
@@ -316,9 +316,12 @@ class _Course:
         witness.end(model, made.after)
         troubles.tell_steps(report, strategy, settings)
         tell_promoted(model, made.after)
+        flowed = tell_flowed(model, made.after)
         tell_overhang(model, made)
         verdict, objection = _witnessed(verdict, witness, model, made, report, settings, static=last.static)
         troubles.tell_overlaps(made, report, model.length, self.start.gap)
+        if objection and flowed:
+            objection = f"{flowed}. {objection}"
         end = End(last.model, last.step, last.report, settings, self.ledger, objection)
         return March(
             verdict, sentence(verdict, end), made.after, report, model, made, self.ledger, self.clock.phases,

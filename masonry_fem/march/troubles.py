@@ -5,6 +5,7 @@ troubles.see(made, report)                                           # each step
 troubles.tell_steps(report, strategy, settings)
 troubles.tell_overlaps(made, report, model.length, start.gap)
 tell_promoted(model, state)                                          # stones that became inelastic on the way
+tell_flowed(model, state)                                            # stones that strain beyond their law
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.records.remark import first_few, remark
 
 DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
+FAR = 0.2  # mean plastic strain of a stone beyond which a law of small strains says nothing
 SHOWN = 5  # stones that the remark's sentence names
 
 
@@ -188,3 +190,37 @@ def tell_promoted(model: Model, state: SystemState) -> None:
         f"promote_at of that of first yield: {shown}",
         *names,
     )
+
+
+def tell_flowed(model: Model, state: SystemState) -> str:
+    """Remark on the stones that have flowed so far that small strains do not describe them.
+
+    They have come to their limit: forces beyond it are those of stones that have kept their shape.
+
+    Parameters
+    ----------
+    model : The structure. state : Where its march ended.
+
+    Returns
+    -------
+    str : What was told; "" where nothing was.
+    """
+    strains: dict[str, tuple[float, str]] = {}
+    for group, own in zip(model.groups, state.bodies, strict=True):
+        plastic = group.material_state(own).get("plastic_strain")
+        if plastic is not None:
+            means = plastic.mean(axis=(1, 2))
+            for body in np.flatnonzero(means > FAR).tolist():
+                name = model.assembly.blocks[group.blocks[body]].name
+                strains[name] = (float(means[body]), nonlinear(group).material_name)
+    if not strains:
+        return ""
+    names = sorted(strains, key=lambda name: -strains[name][0])
+    shown = first_few((f"'{name}' ({strains[name][1]}) by {strains[name][0]:.2g}" for name in names), SHOWN)
+    told = (
+        f"at t = {state.time:.4g} stones have flowed, in the mean over their volume, {shown}: they have come "
+        "to their limit, and what they bear beyond is not to be trusted, as laws are those of small strains. "
+        "Prescribe a displacement instead of a load to see what they bear at most"
+    )
+    remark("flowed", told, *names)
+    return told

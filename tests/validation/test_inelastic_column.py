@@ -275,6 +275,30 @@ def test_a_load_that_is_too_much_is_told_with_the_stone_its_law_and_the_load():
     assert carried == pytest.approx(1.7 * STRENGTH * reached, rel=1e-8)
 
 
+@pytest.mark.slow
+def test_stones_that_flow_beyond_what_their_law_describes_are_told():
+    """Rough beds hold three stones, whose free ones bear 3.5 MPa; under 8 MPa they are ten times as flat."""
+    law = material_record("mohr_coulomb", cohesion=1e6, friction_angle=30.0, dilatancy_angle=10.0)
+    stack = StackStructure(
+        name="s", material="m", size=(0.5, 0.4), count=3, mesh=MeshSettings(element="Q1", divisions=(2, 2))
+    )
+    result = ran(
+        Scene(
+            dimension=2,
+            fidelity="inelastic",
+            materials={"m": Material(density=1600.0, young=5e9, inelastic=law)},
+            structures=(stack,),
+            joints=(Joint(friction=0.6),),
+            loads=Loads(gravity=(0.0, -9.81), tractions=(Traction(on="s.b3/top", vector=(0.0, -8e6)),)),
+            analysis=Statics(load_steps=8),
+        )
+    )
+    (told,) = (one for one in result.summary.remarks if one.code == "flowed")
+    assert "'s.b3' (mohr_coulomb)" in told.sentence
+    assert result.march.outcome == "no_convergence"
+    assert told.sentence in result.march.message
+
+
 @pytest.mark.parametrize("fidelity", ["elastic", "inelastic"])
 def test_a_block_that_clamps_alone_squeeze_is_judged_by_their_forces(fidelity):
     """Two opposite faces are pushed together: no load, no contact that carries, and clamps that cancel."""

@@ -28,9 +28,9 @@ def test_a_bar_in_tension_softens_exponentially(poisson):
 
 
 def softened(strain):
-    """The stress s of a bar."""
+    """The stress s of a bar; e⁻¹⁶ of the strength stays."""
     intact = YOUNG * strain
-    return intact if intact <= STRENGTH else STRENGTH * np.exp(-2 * H * (intact / STRENGTH - 1))
+    return intact if intact <= STRENGTH else STRENGTH * np.exp(-min(2 * H * (intact / STRENGTH - 1), 16.0))
 
 
 @pytest.mark.parametrize("poisson", RATIOS)
@@ -42,10 +42,11 @@ def test_a_crack_takes_the_fracture_energy(poisson, pressure):
     before = 2 * poisson * pressure / YOUNG
     for strain in np.linspace(0, 1.0, 41)[1:] ** 2 * 40 / H * STRENGTH / YOUNG / 2:
         stress = point.squeezed(before + strain, -pressure)
-        assert stress == pytest.approx(softened(strain), rel=1e-8, abs=1e-6 * STRENGTH)
+        assert stress == pytest.approx(softened(strain), rel=1e-8, abs=1e-8 * STRENGTH)
         side = -(pressure * (1 - poisson) + poisson * stress) / YOUNG
+        # broken stone hardly resists: what is left of the stress across is 1e-6 Pa
         assert point.strain[0, 0] == pytest.approx(side, rel=1e-8, abs=1e-5 * STRENGTH / YOUNG)
-    assert point.dissipated * WIDTH == pytest.approx(ENERGY, rel=1e-5)
+    assert point.dissipated * WIDTH == pytest.approx(ENERGY, rel=1e-5)  # e⁻¹⁶ of the strength stays
     assert point.law.measures(point.internal)["damage"][0] > 1 - 1e-7
 
 
@@ -100,7 +101,7 @@ def test_tension_along_two_axes_cracks_both(poisson):
         strain = reached - poisson * stress / YOUNG
         point.to([strain, strain, -2 * poisson * stress / YOUNG, 0, 0, 0])
         np.testing.assert_allclose(point.stress[:3], [stress, stress, 0], rtol=1e-8, atol=1e-8 * STRENGTH)
-        assert point.dissipated == pytest.approx(2 * taken(reached), rel=1e-8, abs=1e-6)
+        assert point.dissipated == pytest.approx(2 * taken(reached), rel=1e-8)
 
 
 @pytest.mark.parametrize("poisson", RATIOS)
@@ -112,7 +113,7 @@ def test_tension_along_three_axes_cracks_all(poisson):
         stress = softened(reached)
         point.to(np.array([1, 1, 1, 0, 0, 0]) * (reached - 2 * poisson * stress / YOUNG))
         np.testing.assert_allclose(point.stress[:3], stress, rtol=1e-8, atol=1e-8 * STRENGTH)
-        assert point.dissipated == pytest.approx(3 * taken(reached), rel=1e-8, abs=1e-6)
+        assert point.dissipated == pytest.approx(3 * taken(reached), rel=1e-8)
 
 
 def taken(reached):
@@ -137,7 +138,7 @@ def test_simple_shear_cracks_one_axis(poisson):
         mean, shear = (stress + across) / 2, (stress - across) / 2
         expected = [mean, mean, poisson * (stress + across), shear, 0, 0]
         np.testing.assert_allclose(point.stress, expected, rtol=1e-8, atol=1e-8 * STRENGTH)
-        assert point.dissipated == pytest.approx(taken(reached), rel=1e-8, abs=1e-6)
+        assert point.dissipated == pytest.approx(taken(reached), rel=1e-8)
 
 
 def test_pressure_never_damages():

@@ -129,6 +129,9 @@ KINDS = {
     "shaken ground": Kind("rigid", DYNAMICS + DRY + SHAKEN),
     "stages": Kind("rigid", DYNAMICS + DRY + STORY),
     "stages, elastic, warmed": Kind("elastic", FEWER + DRY + HEAT, stone=WARMING),
+    "stages, inelastic": Kind("inelastic", BRIEF + DRY + STORY, stone=YIELDING),
+    "stages, redetected": Kind("rigid", BRIEF + REDETECT + DRY + STORY),
+    "stages, mortar lost": Kind("elastic", FEWER + STORY + GLUED),
     "combinations": Kind("elastic", FEWER + DRY + CASES),
     "threshold": Kind(
         "rigid", FEWER + DRY, "threshold",

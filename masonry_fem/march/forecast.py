@@ -2,7 +2,8 @@
 
 Statics is often a load that grows in equal steps. What the last step did is then nearly what the next one
 does, and its first round is made there. Whether a forecast is better than the start of the step is told by
-what its impulses leave of balance there; what it leads to is told by the rounds.
+what its impulses leave of balance there; where loads stay and supports alone move that says nothing, and
+supports that go on as they did lead on. What it leads to is told by the rounds.
 
 forecast = foreseen(rounds)          # None: the start of the step is a better guess
 """
@@ -18,7 +19,9 @@ from masonry_fem.march.place import Forecast, reached
 from masonry_fem.march.rounds import NEAR, Rounds
 from masonry_fem.march.state import TrendState
 
-BETTER = 0.5  # of what the impulses of the last step leave of balance: what those of a forecast may leave
+# Of what the impulses of the last step leave of balance: what those of a forecast may leave. Of how far
+# supports went in it: by what they may go otherwise now.
+BETTER = 0.5
 
 
 def foreseen(rounds: Rounds) -> Forecast | None:
@@ -35,8 +38,10 @@ def foreseen(rounds: Rounds) -> Forecast | None:
     loading = rounds.loaded(rounds.until)
     now = h * state.reaction
     impulse = now + h * h * trend.growth
-    if _missing(rounds, loading.forces, impulse) > BETTER * _missing(rounds, loading.forces, now):
-        return None
+    if not _led_by_supports(rounds, loading.forces, trend):
+        before, ahead = (_missing(rounds, loading.forces, some) for some in (now, impulse))
+        if ahead > BETTER * before:
+            return None
     bodies = _moved_on(rounds, loading.forces, trend)
     place = reached(rounds.coupling, rounds.start, bodies, h)
     if not rounds.nonlinear:
@@ -56,6 +61,23 @@ def _missing(rounds: Rounds, forces: tuple[FloatArray, ...], impulse: FloatArray
         if not group.prescribed
     ]
     return float(np.linalg.norm(np.concatenate(left)))
+
+
+def _led_by_supports(rounds: Rounds, forces: tuple[FloatArray, ...], trend: TrendState) -> bool:
+    """Whether loads stay as they are, and supports go on as they did."""
+    held = rounds.loaded(rounds.state.time).forces
+    if not all(np.array_equal(one, other) for one, other in zip(held, forces, strict=True)):
+        return False
+    gone = off = 0.0
+    for group, own, force, last in zip(
+        rounds.model.groups, rounds.state.bodies, forces, trend.rigid, strict=True
+    ):
+        if group.prescribed:
+            free = group.free(own, own, force, rounds.scheme)
+            now = group.advance(own, free, free.rigid_velocity, None, rounds.scheme)
+            gone += float(np.linalg.norm(last))
+            off += float(np.linalg.norm(group.velocity_parts(now)[0] - last))
+    return gone > 0 and off <= BETTER * gone
 
 
 def _moved_on(rounds: Rounds, forces: tuple[FloatArray, ...], trend: TrendState) -> tuple[Any, ...]:

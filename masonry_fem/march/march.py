@@ -176,7 +176,8 @@ def marching(
         course.coupling, strategy, course.state, settings, course.clock, course.witness.lookout, headway
     ):
         course.coupling, acting = coupling, acted(coupling.model, step, size)
-        made = course.made = _Made(coupling.model, acting, measure(coupling.model, coupling, acting))
+        report = measure(coupling.model, coupling, acting, headway.largest)
+        made = course.made = _Made(coupling.model, acting, report)
         if keep == made.report.step and kept is not None:
             kept.append((made.model, made.step))
         if course.lost_balance(made):

@@ -23,7 +23,7 @@ from masonry_fem.nscd.graphs import lengths
 MOVING = 0.1  # of the fastest block's speed: what moves
 
 
-def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
+def measure(model: Model, coupling: Coupling, made: Increment, largest: float = 0.0) -> StepReport:
     """Everything worth reporting of a step.
 
     Parameters
@@ -31,6 +31,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     model : The structure.
     coupling : Its body groups at their contacts.
     made : A step of it, with what acts on the blocks in its state (``acting.acted``).
+    largest : Norm of the largest contact impulses of its march so far [N s].
     """
     state, quality, acting = made.after, made.solution.quality, made.after.acting
     assert acting is not None
@@ -39,7 +40,9 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     supports = support_resultants(model, made, acting.contact)
     applied = resultant(model, external_forces(model, state.time, state.bodies))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
-    acceleration = _load(acting) / mass if mass > 0 else 0.0
+    # where nothing loads blocks but each other (warmth, ties, supports that have moved), what they gave
+    load = _load(acting) or largest / made.scheme.step
+    acceleration = load / mass if mass > 0 else 0.0
     return StepReport(
         step=state.index,
         time=state.time,
@@ -55,9 +58,9 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         rounding=0.0 if made.solution.rounding is None else made.solution.rounding.error,
         natural_map=quality.natural_map,
         max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
-        block_balance=_balance(model, made, made.forces, made.scheme, acting.held),
-        static_balance=_static_balance(model, made, acting.held),
-        global_balance=_global_balance(acting, supports),
+        block_balance=_balance(model, made, made.forces, made.scheme, acting.held, largest),
+        static_balance=_static_balance(model, made, acting.held, largest),
+        global_balance=_global_balance(acting, supports, state.reaction),
         support_resultants=supports,
         applied=applied,
         probes={
@@ -144,37 +147,47 @@ def support_resultants(model: Model, made: Increment, contact: FloatArray) -> di
     return given
 
 
-def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
+def _global_balance(acting: Acting, supports: dict[str, FloatArray], contact: FloatArray) -> float:
     """What forces of loads, supports and inertia leave over the step, relative to the largest."""
     d = acting.centre.shape[1]
     given = [acting.load[:, :d].sum(axis=0), *(force[:d] for force in supports.values())]
     left = sum(given, np.zeros(d)) - acting.inertia[:, :d].sum(axis=0)
-    scale = largest_force(acting, supports)
+    scale = largest_force(acting, supports, contact)
     return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
 
 
-def largest_force(acting: Acting, supports: dict[str, FloatArray]) -> float:
-    """What the global balance is relative to [N]: the blocks' inertia where neither loads nor supports act.
+def largest_force(acting: Acting, supports: dict[str, FloatArray], contact: FloatArray) -> float:
+    """What the global balance is relative to [N]: the blocks' inertia where nothing acts on them.
 
     Parameters
     ----------
     acting : What acts on the blocks.
     supports : What supports give, force and moment, by name.
+    contact : Forces at the contacts, shape (c, d) [N]. Without loads, as where ties squeeze, supports bear
+        no more than what these leave by rounding.
     """
     d = acting.centre.shape[1]
-    given = [acting.load[:, :d].sum(axis=0), *(force[:d] for force in supports.values())]
+    loads = acting.load[:, :d]
+    given = [loads.sum(axis=0), *(force[:d] for force in supports.values())]
     scale = max(*(float(np.linalg.norm(force)) for force in given), float(acting.held.max(initial=0.0)))
+    if not loads.any():
+        scale = max(scale, float(lengths(contact).max(initial=0.0)))
     return scale if scale > 0 else float(np.linalg.norm(acting.inertia[:, :d], axis=1).sum())
 
 
-def _static_balance(model: Model, made: Increment, held: FloatArray) -> float:
+def _static_balance(model: Model, made: Increment, held: FloatArray, largest: float) -> float:
     """Distance of the reached state to a static equilibrium, relative to a block's load."""
     forces = external_forces(model, made.after.time, made.after.bodies)
-    return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0), held)
+    return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0), held, largest)
 
 
 def _balance(
-    model: Model, made: Increment, forces: tuple[FloatArray, ...], scheme: Scheme, held: FloatArray
+    model: Model,
+    made: Increment,
+    forces: tuple[FloatArray, ...],
+    scheme: Scheme,
+    held: FloatArray,
+    largest: float,
 ) -> float:
     """Worst balance of a block, relative to its load, or to what clamps give it where that is more."""
     d = model.assembly.dimension
@@ -192,8 +205,9 @@ def _balance(
             scheme,
         )
         load = scheme.step * lengths(group.resultant(forces[index])[:, :d])
-        # where nothing loads blocks but contacts (supports that move, joints that pull), by those
-        least = 0.0 if load.any() else float(np.abs(made.impulse).max(initial=0.0))
+        # where nothing loads blocks but contacts (supports that move, joints that pull), by those, which may
+        # have gone by now (stones that warmth moved apart)
+        least = 0.0 if load.any() else max(largest, float(np.abs(made.impulse).max(initial=0.0)))
         pushed = np.maximum(np.maximum(load, scheme.step * held[group.blocks]), least)
         residuals.append(np.abs(residual))
         weights.append(pushed)

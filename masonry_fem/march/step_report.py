@@ -55,7 +55,8 @@ class StepReport:
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     unsettled : Which stone is not in balance with its own stresses, and what it is made of; "" where all are.
     speed : Root mean square speed of the mass [m/s].
-    load_acceleration : Loads on the blocks, or where there are none what clamps give, over their mass [m/s²].
+    load_acceleration : Loads on the blocks, or where there are none what clamps give, or contacts have given
+        in a step so far, over their mass [m/s²].
     tie_forces : Of each tie [N].
     """
 

@@ -300,6 +300,14 @@ TURNS = (
         NEWTON_STEPS,
         "held",
     ),
+    # the step before leads astray where rigid stones jolt against what gives way, as bars
+    Turn(
+        "newton from cold",
+        lambda at: at.warm and at.elastic and not (at.static or at.many),
+        _moving_newton,
+        NEWTON_STEPS,
+        "cold",
+    ),
     Turn("firm newton", lambda at: at.open and at.few and not at.plain, _firm_newton, NEWTON_STEPS),
     Turn("path", lambda at: at.open and not at.plain and at.followable, _path, origin="best", above=NEAR),
     Turn(

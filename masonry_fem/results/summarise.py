@@ -159,7 +159,7 @@ def _rounding(made: March, largest: float) -> Rounding:
     known = solution.rounding or rounding(problem, solution.impulse, solution.rigid_velocity)
     acting, supports = made.last.after.acting, made.report.support_resultants
     assert acting is not None  # a step that was measured
-    scale = largest_force(acting, supports)
+    scale = largest_force(acting, supports, made.state.reaction)
     return Rounding(
         natural_map=max(known.natural_map, known.natural_map_velocity),
         max_penetration=h * known.max_penetration,

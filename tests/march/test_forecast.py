@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from masonry_fem.analyses.run import RunResult
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.joints import fold as folding
 from masonry_fem.march import turning
 from masonry_fem.march.rounds import Rounds
+from masonry_fem.scene import loads
 from masonry_fem.scene.specs import (
     Joint,
     Loads,
@@ -88,6 +89,65 @@ def test_steps_alike_take_fewer_rounds_to_the_same_end(monkeypatch: pytest.Monke
     )
     np.testing.assert_allclose(one, two, rtol=0, atol=1e-9 * np.abs(two).max())
     assert found.summary.certificate.block_balance < 1e-9
+
+
+SETTLING = """
+dimension = 2
+fidelity = "elastic"
+mesh = { divisions = [2, 2] }
+materials.stone = { density = 2400.0, young = 1e9, poisson = 0.2 }
+joints = [{ friction = 0.65 }]
+loads.gravity = [0.0, -9.81]
+loads.gravity_time = { kind = "table", points = [[0.0, 0.0], [0.2, 1.0], [1.0, 1.0]] }
+analysis = { kind = "statics", load_steps = 5 }
+
+[[structures]]
+kind = "wall"
+name = "w"
+material = "stone"
+brick = [0.6, 0.3]
+columns = 4
+courses = 2
+ground = false
+
+[[structures]]
+kind = "block"
+name = "firm"
+material = "stone"
+size = [1.2, 0.3]
+position = [0.0, -0.3]
+
+[[structures]]
+kind = "block"
+name = "soft"
+material = "stone"
+size = [1.2, 0.3]
+position = [1.2, -0.3]
+
+[[supports]]
+on = "firm"
+
+[[supports]]
+on = "soft"
+
+[supports.motion]
+displacement = [0.0, -3e-3]
+time = { kind = "table", points = [[0.0, 0.0], [0.2, 0.0], [0.8, 1.0], [1.0, 1.0]] }
+"""
+
+
+def test_a_support_that_goes_on_leads_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Loads stay from the second step on; it starts in that one, and stops before the last."""
+    told, made = seen(monkeypatch)
+    found = solve_scene(loads(SETTLING))
+    assert told == [False, False, True, True, False]
+    solves = sum(made)
+    monkeypatch.setattr(turning, "foreseen", lambda rounds: None)
+    made.clear()
+    other = solve_scene(loads(SETTLING))
+    assert solves < sum(made)
+    one, two = (result.summary.supports["soft"].force for result in (found, other))
+    np.testing.assert_allclose(one, two, rtol=0, atol=1e-8 * np.abs(two).max())
 
 
 def test_a_load_that_turns_back_is_not_foreseen(monkeypatch: pytest.MonkeyPatch) -> None:

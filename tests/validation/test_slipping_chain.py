@@ -113,6 +113,25 @@ def test_pulled_at_both_ends_it_slips_off(share, outcome):
     assert solve_scene(chain(links, 0.3, ends, STATICS)).outcome == outcome
 
 
+def test_a_chain_that_is_pulled_off_speeds_up_as_one():
+    """In dynamics: T_{k+1} (c − μ s) − T_k (c + μ s) = m a for each link, once the ties swing no more."""
+    links, friction, step, count = 6, 0.3, 1e-3, 160
+    turn, q = EMBRACE / (links + 1), ratio(links, friction)
+    pull = 2 * q ** (links + 1) * PULL
+    length = 2 * RADIUS * np.sin(0.5 * turn)  # of a link, on the middle of its thickness
+    mass = 7800.0 * length * np.cos(0.5 * turn) * THICK
+    grip = np.cos(0.5 * turn) - friction * np.sin(0.5 * turn)
+    speed_up = (pull - q ** (links + 1) * PULL) * grip / mass / (q ** np.arange(links + 1)).sum()
+    expected = [PULL]
+    for _ in range(links):
+        expected.append(q * expected[-1] + mass * speed_up / grip)
+    keys = [f"analysis={{kind='dynamics', step={step}, duration={count * step}, theta=1}}"]
+    made = solve_scene(chain(links, friction, {0: (PULL, ""), links: (pull, "")}, *keys))
+    assert made.outcome == "finished"
+    np.testing.assert_allclose([one.force for one in made.summary.ties.values()], expected[1:], rtol=1e-6)
+    assert made.march.report.speed == pytest.approx(speed_up * count * step, rel=1e-2)
+
+
 def test_limit_analysis_knows_the_friction_of_a_chain():
     links, q = 6, ratio(6, 0.3)
     fixed = analyse(chain(links, 0.3, {links: (1.0, "")}, tie=", yield_stress=1e6"))

@@ -1,8 +1,9 @@
 """Part: some bodies of a contact problem as a problem of their own, while all others stay as they are.
 
     part = Part.of(problem, chosen, impulse, rigid_velocity)
-    solution = iterate(part.problem, method, settings, part.start)
-    impulse, rigid_velocity = part.put(solution.impulse, solution.rigid_velocity)
+    for group in part.groups():               # which have nothing to do with each other
+        solution = iterate(group.problem, method, settings, group.start)
+        impulse[group.contacts], rigid_velocity[group.bodies] = solution.impulse, solution.rigid_velocity
 
 Its contacts are those of its bodies. What the other contacts push, and how the other bodies move, become
 loads and motions of its own.
@@ -10,6 +11,7 @@ loads and motions of its own.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +28,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+# Layers of bodies around those that are far from settled: what these give to bodies beside the part, which
+# stay, is unbalanced there. With one a part at rest may leave the whole with a greater error than before.
+AROUND = 2
+
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -35,12 +41,14 @@ class Part:
     ----------
     problem : Theirs alone.
     contacts, bodies : Their numbers in the whole, ascending, shapes (k,) and (n,).
-    impulse, rigid_velocity : State of the whole that it was taken from, shapes (c, d) and (b, m).
+    sides : Bodies of the whole on both sides of its contacts, shape (k, 2).
+    impulse, rigid_velocity : State that they were in, shapes (k, d) and (n, m).
     """
 
     problem: ContactProblem
     contacts: IntArray
     bodies: IntArray
+    sides: IntArray
     impulse: FloatArray
     rigid_velocity: FloatArray
 
@@ -55,9 +63,35 @@ class Part:
         impulse, rigid_velocity : State in which the others stay, shapes (c, d) and (b, m).
         """
         inside = touched(whole, chosen)
-        contacts, bodies = np.flatnonzero(inside), np.flatnonzero(chosen)
         outer = np.where(inside[:, None], 0.0, impulse)
         velocity = whole.velocity(outer, np.where(chosen[:, None], 0.0, rigid_velocity))
+        pushed = whole.rigid_impulse + whole.body_impulse(outer)
+        beside = replace(whole, free_velocity=velocity, rigid_impulse=pushed, structure=Structure(alone=True))
+        numbers = np.arange(whole.count), np.arange(whole.body_count)
+        every = cls(beside, *numbers, whole.bodies, impulse, rigid_velocity)
+        return every._only(np.flatnonzero(inside), np.flatnonzero(chosen))
+
+    def groups(self) -> Iterator[Part]:
+        """Parts of the same whole that have nothing to do with each other: no body touches two of them."""
+        hanging = _hanging(self.sides, int(max(self.sides.max(initial=-1), self.bodies.max())) + 1)
+        names, bodies = np.unique(hanging[self.bodies], return_inverse=True)
+        contacts = np.searchsorted(names, hanging[self.sides.max(axis=1)])
+        its = zip(_grouped(contacts, len(names)), _grouped(bodies, len(names)), strict=True)
+        return (self._only(*own) for own in its)
+
+    def clusters(self) -> list[Mask]:
+        """Bodies that hang together by contacts of their own, cluster by cluster, each of shape (n,)."""
+        hanging = _hanging(self.problem.bodies, self.problem.body_count)
+        return [hanging == name for name in np.unique(hanging)]
+
+    @property
+    def start(self) -> Start:
+        """The state that they were in."""
+        return Start(self.impulse, self.rigid_velocity)
+
+    def _only(self, contacts: IntArray, bodies: IntArray) -> Part:
+        """The part of some bodies and all their contacts, by their numbers in this one, ascending."""
+        whole = self.problem
         number = np.full(whole.body_count + 1, -1)  # the last is no body
         number[bodies] = np.arange(len(bodies))
         sides = number[whole.bodies[contacts]]
@@ -65,33 +99,48 @@ class Part:
         problem = replace(
             whole,
             friction=whole.friction[contacts],
-            free_velocity=velocity[contacts],
+            free_velocity=whole.free_velocity[contacts],
             compliance=only(whole.compliance, contacts),
             bodies=sides,
             rigid_map=np.where((sides >= 0)[:, :, None, None], whole.rigid_map[contacts], 0.0),
             rigid_mass=whole.rigid_mass[bodies],
-            rigid_impulse=(whole.rigid_impulse + whole.body_impulse(outer))[bodies],
+            rigid_impulse=whole.rigid_impulse[bodies],
             rigid_velocity=whole.rigid_velocity[bodies],
             structure=Structure(alone=True),
             **{name: None if values is None else values[contacts] for name, values in cohesion.items()},
         )
-        return cls(problem, contacts, bodies, impulse, rigid_velocity)
+        return Part(
+            problem,
+            self.contacts[contacts],
+            self.bodies[bodies],
+            self.sides[contacts],
+            self.impulse[contacts],
+            self.rigid_velocity[bodies],
+        )
 
-    @property
-    def start(self) -> Start:
-        """The state that it was taken from."""
-        return Start(self.impulse[self.contacts], self.rigid_velocity[self.bodies])
 
-    def put(self, impulse: FloatArray, rigid_velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Impulses (c, d) and U (b, m) of the whole with those of the part in their places.
+def _hanging(sides: IntArray, count: int) -> IntArray:
+    """A name of what each body hangs together with by contacts, shape (count,).
 
-        Parameters
-        ----------
-        impulse, rigid_velocity : Of the part, shapes (k, d) and (n, m).
-        """
-        whole, motion = self.impulse.copy(), self.rigid_velocity.copy()
-        whole[self.contacts], motion[self.bodies] = impulse, rigid_velocity
-        return whole, motion
+    Parameters
+    ----------
+    sides : Bodies on both sides of each contact, −1 for none, shape (k, 2). count : Of bodies.
+    """
+    pairs = sides[(sides >= 0).all(axis=1)]
+    graph = sparse.coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
+    _, names = connected_components(graph, directed=False)
+    return names.astype(np.int64)
+
+
+def _grouped(number: IntArray, count: int) -> list[IntArray]:
+    """Items by their number, each group ascending.
+
+    Parameters
+    ----------
+    number : Of each item, from 0 on, shape (n,). count : Of groups.
+    """
+    order = np.argsort(number, kind="stable")
+    return np.split(order, np.cumsum(np.bincount(number, minlength=count))[:-1])
 
 
 def touched(problem: ContactProblem, chosen: Mask) -> Mask:
@@ -106,7 +155,7 @@ def touched(problem: ContactProblem, chosen: Mask) -> Mask:
 
 
 def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Mask:
-    """The fewest bodies without whose contacts the residual is at most ``least``, and their neighbours.
+    """The fewest bodies without whose contacts the residual is at most ``least``, and those around them.
 
     Parameters
     ----------
@@ -120,18 +169,6 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     order = np.argsort(of_bodies[:-1], kind="stable")
     chosen = np.zeros(problem.body_count + 1, dtype=bool)
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True
-    chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
+    for _ in range(AROUND):
+        chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
     return chosen[:-1]
-
-
-def clusters(problem: ContactProblem) -> list[Mask]:
-    """Bodies that hang together by contacts, cluster by cluster, each of shape (b,).
-
-    Parameters
-    ----------
-    problem : The contact problem.
-    """
-    pairs = problem.bodies[(problem.bodies >= 0).all(axis=1)]
-    graph = sparse.coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(problem.body_count,) * 2)
-    count, number = connected_components(graph, directed=False)
-    return [number == cluster for cluster in range(count)]

@@ -2,17 +2,20 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
-from masonry_fem.nscd.part import Part, clusters, touched, unsettled
+from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import Start
 from masonry_fem.nscd.solvers import settling
 from tests.nscd.walls import wall
+
+IntArray = NDArray[np.int64]
 
 FRICTION = 0.5
 SUPPORTS = 31
@@ -64,7 +67,7 @@ def test_a_part_sees_what_the_whole_sees() -> None:
     chosen[[2, 3, 7]] = True
     part = Part.of(problem, chosen, impulse, motion)
     np.testing.assert_array_equal(part.contacts, np.flatnonzero(touched(problem, chosen)))
-    inner, inside = part.impulse[part.contacts], part.rigid_velocity[part.bodies]
+    inner, inside = part.impulse, part.rigid_velocity
     whole = problem.velocity(impulse, motion)
     scale = np.abs(whole).max()
     np.testing.assert_allclose(part.problem.velocity(inner, inside), whole[part.contacts], atol=1e-12 * scale)
@@ -81,10 +84,9 @@ def test_a_disturbed_part_of_a_solution_comes_back_to_it() -> None:
     part = Part.of(problem, chosen, impulse, np.where(chosen[:, None], 0.0, motion))
     solution = iterate(part.problem, ProximalNewton(), SolverSettings(tolerance=1e-11))
     assert solution.converged
-    back = part.put(solution.impulse, solution.rigid_velocity)
+    back = impulse.copy(), motion.copy()
+    back[0][part.contacts], back[1][part.bodies] = solution.impulse, solution.rigid_velocity
     assert assess(problem, *back).error < 1e-9
-    others = np.setdiff1d(np.arange(problem.count), part.contacts)
-    np.testing.assert_array_equal(back[0][others], impulse[others])
 
 
 def test_unsettled_bodies_are_the_fewest() -> None:
@@ -99,23 +101,85 @@ def test_unsettled_bodies_are_the_fewest() -> None:
     assert not unsettled(problem, residual, 1e3).any()
 
 
-def test_neighbours_of_unsettled_bodies_belong_to_them() -> None:
-    problem = wall(4, 2.0, (2, 1, 1)).problem()
+def test_two_layers_around_unsettled_bodies_belong_to_them() -> None:
+    problem = wall(8, 2.0, (2, 1, 1)).problem()
     residual = np.zeros_like(problem.free_velocity)
     one = int(np.flatnonzero((problem.bodies >= 0).all(axis=1))[0])
     residual[one] = 1.0
     pair = problem.bodies[one]
-    beside = problem.bodies[np.isin(problem.bodies, pair).any(axis=1)]
-    expected = np.unique(beside[beside >= 0])
+    expected = pair
+    for _ in range(2):
+        beside = problem.bodies[np.isin(problem.bodies, expected).any(axis=1)]
+        expected = np.unique(beside[beside >= 0])
+    assert len(expected) < problem.body_count
     np.testing.assert_array_equal(np.flatnonzero(unsettled(problem, residual, 0.1)), expected)
+
+
+def whole_of(problem: ContactProblem) -> Part:
+    """All of a problem as a part."""
+    random = np.random.default_rng(4)
+    impulse = random.normal(size=problem.free_velocity.shape)
+    motion = random.normal(size=problem.rigid_mass.shape)
+    return Part.of(problem, np.ones(problem.body_count, dtype=bool), impulse, motion)
 
 
 def test_bodies_that_do_not_touch_are_clusters_of_their_own() -> None:
     problem, _ = boards(4)
-    np.testing.assert_array_equal(clusters(problem), np.eye(4, dtype=bool))
+    found = list(whole_of(problem).groups())
+    np.testing.assert_array_equal([group.bodies for group in found], [[0], [1], [2], [3]])
+    for group in found:
+        of_body = np.flatnonzero(problem.bodies[:, 0] == group.bodies)
+        np.testing.assert_array_equal(group.contacts, of_body)
+    np.testing.assert_array_equal(whole_of(problem).clusters(), np.eye(4, dtype=bool))
     standing = wall(4, 2.0, (2, 1, 1)).problem()
-    (whole,) = clusters(standing)
-    assert whole.all()
+    (whole,) = whole_of(standing).groups()
+    np.testing.assert_array_equal(whole.bodies, np.arange(standing.body_count))
+    (all_of_it,) = whole.clusters()
+    assert all_of_it.all()
+
+
+def beside(problem: ContactProblem, bodies: list[int]) -> IntArray:
+    """Some bodies and those that touch them."""
+    pair = problem.bodies[np.isin(problem.bodies, bodies).any(axis=1)]
+    return np.unique(pair[pair >= 0])
+
+
+def test_groups_have_nothing_to_do_with_each_other() -> None:
+    """Loads and motions of a group are those that it has where the others stay, whatever they do."""
+    problem = wall(8, 2.0, (2, 1, 1)).problem()
+    random = np.random.default_rng(5)
+    impulse = random.normal(size=problem.free_velocity.shape)
+    motion = random.normal(size=problem.rigid_mass.shape)
+    last = problem.body_count - 1
+    chosen = np.zeros(problem.body_count, dtype=bool)
+    chosen[[0, last]] = True
+    groups = list(Part.of(problem, chosen, impulse, motion).groups())
+    assert [group.bodies.tolist() for group in groups] == [[0], [last]]
+    for group, other in zip(groups, groups[::-1], strict=True):
+        alone = np.zeros_like(chosen)
+        alone[group.bodies] = True
+        moved = impulse.copy()
+        moved[other.contacts] += 1.0
+        part = Part.of(problem, alone, moved, motion)
+        np.testing.assert_array_equal(group.contacts, part.contacts)
+        np.testing.assert_array_equal(group.impulse, part.impulse)
+        for got, expected in (
+            (group.problem.free_velocity, part.problem.free_velocity),
+            (group.problem.rigid_impulse, part.problem.rigid_impulse),
+        ):
+            np.testing.assert_allclose(got, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_clusters_that_touch_one_body_are_one_group() -> None:
+    problem = wall(8, 2.0, (2, 1, 1)).problem()
+    around = beside(problem, [0])
+    two = [0, int(np.setdiff1d(beside(problem, around.tolist()), around)[0])]
+    chosen = np.zeros(problem.body_count, dtype=bool)
+    chosen[two] = True
+    part = Part.of(problem, chosen, np.zeros_like(problem.free_velocity), problem.rigid_velocity)
+    (group,) = part.groups()
+    np.testing.assert_array_equal(group.bodies, sorted(two))
+    assert len(group.clusters()) == 2
 
 
 def solved(steps: int) -> tuple[int, float]:
@@ -159,7 +223,7 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     start = sliding(problem)
     assert start.impulse is not None
     assert start.rigid_velocity is not None
-    clock = iter([0.0] * in_time + [2e3] * 8)
+    clock = iter([0.0] * (2 + in_time) + [2e3] * 8)
     monkeypatch.setattr(settling, "MOST", 1.0)
     monkeypatch.setattr(settling, "monotonic", lambda: next(clock))
     parts = NewtonRun(problem, ProximalNewton(), start).settling

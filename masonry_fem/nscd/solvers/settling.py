@@ -19,17 +19,19 @@ problems with high local nonlinearity", SIAM Journal on Scientific Computing 33 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.host.ranks import Leader, Member, team
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.outcome import Outcome, Solution
-from masonry_fem.nscd.part import Part, clusters, touched, unsettled
+from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 
@@ -93,46 +95,148 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        tolerance = float(np.clip(SHARE * error, min(FINEST, FINER * wanted), COARSEST))
-        enough = float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * wanted), ENOUGH))
-        state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
-        for cluster in clusters(part.problem):
-            alone = Part.of(part.problem, cluster, *state)
-            time_left = None if until is None else max(until - monotonic(), _NO_TIME)
-            found = self._rest(alone, SolverSettings(tolerance=tolerance, time_limit=time_left), enough)
-            if found.quality.error <= enough:
-                state, settled = alone.put(found.impulse, found.rigid_velocity), True
-        return part.put(*state) if settled else None
+        aim = Aim(
+            self.held,
+            wanted=float(np.clip(SHARE * error, min(FINEST, FINER * wanted), COARSEST)),
+            enough=float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * wanted), ENOUGH)),
+            seconds=None if until is None else max(until - monotonic(), _NO_TIME),
+        )
+        groups = list(part.groups())
+        impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
+        for group, found in zip(groups, _rested(groups, aim), strict=True):
+            self.linear_solves += found.linear_solves
+            impulse[group.contacts], rigid_velocity[group.bodies] = found.impulse, found.rigid_velocity
+            settled = settled or found.settled
+        return (impulse, rigid_velocity) if settled else None
 
-    def _rest(self, part: Part, settings: SolverSettings, enough: float) -> Solution:
-        """A part's best state: first one that is good enough, then a few steps towards what is wanted.
 
-        Parameters
-        ----------
-        part : With the state that it is in. settings : What is wanted. enough : Error that is good enough.
-        """
-        found = self._enough(part, replace(settings, tolerance=enough))
-        if found.quality.error <= settings.tolerance or not found.converged:
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """How parts are brought to rest.
+
+    Attributes
+    ----------
+    held : The method, which holds slip back.
+    wanted, enough : Error that is wanted, and the one that will do.
+    seconds : In which all of them have to end; None: no limit.
+    """
+
+    held: ProximalNewton
+    wanted: float
+    enough: float
+    seconds: float | None
+
+
+class Rested(NamedTuple):
+    """A group's state, (k, d) and (n, m), whether some of it came to rest, and the linear systems it took."""
+
+    impulse: FloatArray
+    rigid_velocity: FloatArray
+    settled: bool
+    linear_solves: int
+
+
+def _rested(groups: Sequence[Part], aim: Aim) -> list[Rested]:
+    """The states of parts that have nothing to do with each other; several ranks share them.
+
+    Parameters
+    ----------
+    groups : The parts. aim : What is asked of them.
+    """
+    leader = team()
+    if not isinstance(leader, Leader) or len(groups) < 2:
+        return _one_by_one(groups, aim)
+    its = _dealt([group.problem.count for group in groups], leader.size)
+    shares = [([groups[number] for number in own], aim) for own in its]
+    found: dict[int, Rested] = {}
+    for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
+        found |= dict(zip(own, states, strict=True))
+    return [found[number] for number in range(len(groups))]
+
+
+def _dealt(sizes: Sequence[int], ranks: int) -> list[list[int]]:
+    """What each rank does of work of some sizes: the largest first, each for the one that has least."""
+    its: list[list[int]] = [[] for _ in range(ranks)]
+    load = np.zeros(ranks)
+    for number in np.argsort(-np.asarray(sizes), kind="stable").tolist():
+        rank = int(load.argmin())
+        its[rank].append(number)
+        load[rank] += sizes[number]
+    return its
+
+
+def _on_rank(member: Member, share: tuple[list[Part], Aim]) -> list[Rested]:
+    """The states of the parts that a rank has got."""
+    with member.on("parts"):
+        found: list[Rested] = member.together(lambda: _one_by_one(*share))
+    return found
+
+
+def _one_by_one(groups: Sequence[Part], aim: Aim) -> list[Rested]:
+    """The states of some parts, one after the other."""
+    until = None if aim.seconds is None else monotonic() + aim.seconds
+    return [_in_turn(group, aim, until) for group in groups]
+
+
+def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
+    """The state of a part whose clusters come to rest in turn: they feel each other by what they touch.
+
+    Parameters
+    ----------
+    group : The part. aim : What is asked of it. until : As for ``Settling.settle``.
+    """
+    impulse, rigid_velocity, settled, solves = group.impulse.copy(), group.rigid_velocity.copy(), False, 0
+    for chosen in group.clusters():
+        cluster = Part.of(group.problem, chosen, impulse, rigid_velocity)
+        left = None if until is None else max(until - monotonic(), _NO_TIME)
+        rest = _Rest(cluster, aim, SolverSettings(tolerance=aim.wanted, time_limit=left))
+        found = rest.best()
+        solves += rest.linear_solves
+        if found.quality.error <= aim.enough:
+            impulse[cluster.contacts], settled = found.impulse, True
+            rigid_velocity[cluster.bodies] = found.rigid_velocity
+    return Rested(impulse, rigid_velocity, settled, solves)
+
+
+class _Rest:
+    """A part on the way to rest.
+
+    Parameters
+    ----------
+    part : With the state that it is in. aim : What is asked of it. settings : With what is wanted.
+    """
+
+    def __init__(self, part: Part, aim: Aim, settings: SolverSettings) -> None:
+        self.part, self.aim, self.settings = part, aim, settings
+        self.linear_solves = 0
+
+    def best(self) -> Solution:
+        """Its best state: first one that is good enough, then a few steps towards what is wanted."""
+        found = self._enough(replace(self.settings, tolerance=self.aim.enough))
+        if found.converged and found.quality.error > self.settings.tolerance:
+            held = replace(self.aim.held, iterations=FURTHER)
+            found = _better(found, self._solved(held, self.settings, _ahead(found)))
+        return found
+
+    def _enough(self, settings: SolverSettings) -> Solution:
+        """Its best state: with slip held; else, of a small one, from inside the cones."""
+        found = self._solved(self.aim.held, settings, self.part.start)
+        if found.converged or found.outcome is Outcome.TIME_LIMIT or self.part.problem.count > FEW:
             return found
-        held = replace(self.held, iterations=FURTHER)
-        return _better(found, self._counted(iterate(part.problem, held, settings, _ahead(found))))
+        return _better(found, self._from_inside(settings))
 
-    def _enough(self, part: Part, settings: SolverSettings) -> Solution:
-        """A part's best state: with slip held; else, of a small one, from inside the cones."""
-        found = self._counted(iterate(part.problem, self.held, settings, part.start))
-        if found.converged or found.outcome is Outcome.TIME_LIMIT or part.problem.count > FEW:
-            return found
-        return _better(found, self._from_inside(part, settings))
-
-    def _from_inside(self, part: Part, settings: SolverSettings) -> Solution:
-        """A part's state by the interior point, and polished."""
-        method = InteriorPoint(align=0.0, library=self.held.library)
-        inside = self._counted(iterate(part.problem, method, replace(settings, tolerance=COARSEST)))
+    def _from_inside(self, settings: SolverSettings) -> Solution:
+        """Its state by the interior point, and polished."""
+        method = InteriorPoint(align=0.0, library=self.aim.held.library)
+        inside = self._solved(method, replace(settings, tolerance=COARSEST))
         if inside.quality.error <= settings.tolerance:
             return inside
-        return _better(inside, self._counted(iterate(part.problem, self.held, settings, _ahead(inside))))
+        return _better(inside, self._solved(self.aim.held, settings, _ahead(inside)))
 
-    def _counted(self, solution: Solution) -> Solution:
+    def _solved(
+        self, method: ProximalNewton | InteriorPoint, settings: SolverSettings, start: Start | None = None
+    ) -> Solution:
+        solution = iterate(self.part.problem, method, settings, start)
         self.linear_solves += solution.linear_solves
         return solution
 

@@ -28,10 +28,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# Layers of bodies around those that are far from settled: what these give to bodies beside the part, which
-# stay, is unbalanced there. With one a part at rest may leave the whole with a greater error than before.
-AROUND = 2
-
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -155,7 +151,7 @@ def touched(problem: ContactProblem, chosen: Mask) -> Mask:
 
 
 def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Mask:
-    """The fewest bodies without whose contacts the residual is at most ``least``, and those around them.
+    """The fewest bodies without whose contacts the residual is at most ``least``, and their neighbours.
 
     Parameters
     ----------
@@ -169,6 +165,5 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     order = np.argsort(of_bodies[:-1], kind="stable")
     chosen = np.zeros(problem.body_count + 1, dtype=bool)
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True
-    for _ in range(AROUND):
-        chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
+    chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
     return chosen[:-1]

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup
-from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built, body_groups
 from masonry_fem.build.seating import seated
@@ -183,9 +182,10 @@ def _standing(model: Model, left: Left, old: IntArray) -> Model:
     """The model with supports whose motions go on from where they were left."""
     groups = []
     owner, row = _places(left.model)
+    group: Any  # of those that are prescribed, what they are is known
     for group in model.groups:
         before = old[group.blocks]
-        if not isinstance(group, SupportGroup) or not (before >= 0).any():
+        if not group.prescribed or not (before >= 0).any():
             groups.append(group)
             continue
         d = group.dimension
@@ -226,7 +226,7 @@ def _as_warm(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntA
 def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
     """The state of a group, from where its blocks were left."""
     before, (owner, row) = old[group.blocks], _places(left.model)
-    if isinstance(group, SupportGroup):
+    if group.prescribed:
         return group.rest()
     state = rest
     for number in np.unique(owner[before[before >= 0]]).tolist():

@@ -21,7 +21,12 @@ EXAMPLES = (
 
 
 def print_script(options: argparse.Namespace) -> int:
-    """Print the script of a shell."""
+    """Print the script of a shell.
+
+    Raises
+    ------
+    MasonryError : shtab, which makes the script, is not installed.
+    """
     from masonry_fem.cli import parser
 
     try:

@@ -16,7 +16,12 @@ EXAMPLES = (
 
 
 def new_scene(options: argparse.Namespace) -> int:
-    """Write a scene with a structure of some kind; a file that is there is left alone."""
+    """Write a scene with a structure of some kind; a file that is there is left alone.
+
+    Raises
+    ------
+    OutputError : The file exists.
+    """
     from masonry_fem.host.atomic import write_atomic  # noqa: PLC0415 - not on the path of --help
     from masonry_fem.scene.beginning import beginning  # noqa: PLC0415
 

@@ -18,7 +18,12 @@ EXAMPLES = (("report.html beside the results", "masonry-fem report results/arch"
 
 
 def report_results(options: argparse.Namespace) -> int:
-    """Write report.html into a results folder, from the files there."""
+    """Write report.html into a results folder, from the files there.
+
+    Raises
+    ------
+    OutputError : The folder has no summary.json.
+    """
     from masonry_fem.output.folder import Folder, unfinished
 
     with phase(LOADING):

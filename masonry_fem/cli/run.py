@@ -38,7 +38,12 @@ def _solved(options: argparse.Namespace) -> int:
 
 
 def refine_scene(options: argparse.Namespace) -> int:
-    """Solve a scene on finer and finer elements; with exit code 2 its error stayed too large."""
+    """Solve a scene on finer and finer elements; with exit code 2 its error stayed too large.
+
+    Raises
+    ------
+    MasonryError : The contact problem of a step is to be saved, too.
+    """
     scene, base = read_scene(options)
     with phase(LOADING):
         from masonry_fem.analyses.refine import refine

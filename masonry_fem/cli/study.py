@@ -49,7 +49,12 @@ def study_scene(options: argparse.Namespace) -> int:
 
 
 def shake_scene(options: argparse.Namespace) -> int:
-    """Run a scene under records; the exit code says whether any run could be decided."""
+    """Run a scene under records; the exit code says whether any run could be decided.
+
+    Raises
+    ------
+    MasonryError : An option of the other kind of study is given.
+    """
     with phase(LOADING):
         from masonry_fem.analyses.incremental import incremental
     from masonry_fem.analyses.incremental.outputs import print_incremental

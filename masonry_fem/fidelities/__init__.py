@@ -100,7 +100,12 @@ def names() -> list[str]:
 
 
 def fidelity(name: str) -> type[Fidelity]:
-    """The fidelity of a name."""
+    """The fidelity of a name.
+
+    Raises
+    ------
+    SceneError : There is none of this name.
+    """
     if name not in fidelities():
         expected = ", ".join(map(repr, names()))
         raise SceneError(f"fidelity is {name!r}, expected one of {expected}; files of masonry_fem/fidelities")

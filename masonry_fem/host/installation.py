@@ -53,7 +53,12 @@ class Finding:
 
 
 def require_python() -> None:
-    """Refuse a Python that is too old."""
+    """Refuse a Python that is too old.
+
+    Raises
+    ------
+    InstallationError : It is.
+    """
     if sys.version_info < OLDEST_PYTHON:
         raise InstallationError(
             f"Python {platform.python_version()} is too old, expected 3.12 or later; "
@@ -62,7 +67,12 @@ def require_python() -> None:
 
 
 def require_fenicsx() -> None:
-    """Refuse to go on where elastic blocks are wanted and DOLFINx is missing or too old."""
+    """Refuse to go on where elastic blocks are wanted and DOLFINx is missing or too old.
+
+    Raises
+    ------
+    InstallationError : It is.
+    """
     found = dolfinx_version()
     if found is None:
         raise InstallationError(f"elastic blocks need DOLFINx, which is not installed; {DOLFINX_CURE}")
@@ -96,7 +106,12 @@ def require_extra(extra: str, consequence: str) -> None:
 
 
 def require_compiler() -> None:
-    """Refuse to go on where FFCx would find no C compiler for the element kernels."""
+    """Refuse to go on where FFCx would find no C compiler for the element kernels.
+
+    Raises
+    ------
+    InstallationError : There is none.
+    """
     if compiler() is None:
         wanted = os.environ.get("CC")
         named = f" (CC is '{wanted}', which cannot be run)" if wanted else ""

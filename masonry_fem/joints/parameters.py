@@ -55,7 +55,12 @@ def parameters(law: Any) -> dict[str, Any]:
 
 
 def check_ranges(law: Any) -> None:
-    """Raise LawError for a parameter that its annotation does not allow."""
+    """Refuse a parameter that its annotation does not allow.
+
+    Raises
+    ------
+    LawError : There is one.
+    """
     for name, hint in parameters(law.__class__).items():
         value = getattr(law, name)
         for one in _choices(hint) if value is not None else ():

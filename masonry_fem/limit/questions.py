@@ -138,7 +138,12 @@ def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
 
 
 def collapse_multiplier(problem: LimitProblem) -> Collapse:
-    """How far the live load may grow beside the dead one; it needs a live load."""
+    """How far the live load may grow beside the dead one; it needs a live load.
+
+    Raises
+    ------
+    ProblemError : No load grows, or the answer's own proof does not hold.
+    """
     dead, live, nothing = problem.dead, problem.live, np.zeros_like(problem.points)
     if not live.any():
         raise ProblemError(
@@ -305,7 +310,12 @@ def _reaction(problem: LimitProblem, found: Optimum) -> FloatArray:
 
 
 def trust(what: str, *errors: float) -> None:
-    """Refuse an answer whose own proof does not hold."""
+    """Refuse an answer whose own proof does not hold.
+
+    Raises
+    ------
+    ProblemError : It does not.
+    """
     worst = max((error for error in errors if np.isfinite(error)), default=0.0)
     if worst > EXACT:
         raise ProblemError(

@@ -26,7 +26,12 @@ CONCAVE = 0.05  # of its size: how far a corner of a six-sided solid stands out 
 
 
 def refuse_many(shape: Shape, count: float) -> None:
-    """Refuse so many elements of one shape that no memory holds them."""
+    """Refuse so many elements of one shape that no memory holds them.
+
+    Raises
+    ------
+    GeometryError : There would be so many.
+    """
     if not count <= MOST:
         raise GeometryError(
             f"shape '{shape.name}' would have {count:.1e} elements, expected at most {MOST:.0e}; raise "

@@ -34,9 +34,15 @@ KINDS: dict[int, tuple[str, tuple[int, ...]]] = {
 
 @contextmanager
 def session(title: str) -> Iterator[Any]:
-    """The gmsh module with an empty quiet model; its failures become ``GeometryError``.
+    """The gmsh module with an empty quiet model.
 
-    ``title`` names what is being read or meshed, for messages. Errors of other kinds pass unchanged.
+    Parameters
+    ----------
+    title : Names what is being read or meshed, for messages.
+
+    Raises
+    ------
+    GeometryError : gmsh has failed; errors of other kinds pass unchanged.
     """
     gmsh = _loaded(title)
     gmsh.initialize(argv=[], readConfigFiles=False, run=False, interruptible=False)

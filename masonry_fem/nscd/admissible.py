@@ -20,7 +20,6 @@ problem without the friction term, for which the interior-point method is made.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ from scipy import sparse
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.cohesion import onto_cones, sprung_directions, without_offset
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
-from masonry_fem.nscd.problem import COHESION, ContactProblem
+from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.scaling import free_speed, rigid_diagonal
 from masonry_fem.nscd.settings import SolverSettings
@@ -199,40 +198,16 @@ def falling(problem: ContactProblem, impulse: FloatArray) -> FloatArray | None:
     near = problem.free_velocity[:, 0] <= reach
     if problem.cohesion_stiffness is not None:  # springs pull across any gap
         near |= problem.cohesion_stiffness.any(axis=(1, 2))
-    found = admissible_impulses(closed_part(problem, np.flatnonzero(near)))
+    found = admissible_impulses(problem.without_compliance().only(np.flatnonzero(near)))
     return found.motion if found.falls else None
-
-
-def closed_part(problem: ContactProblem, contacts: np.ndarray) -> ContactProblem:
-    """The problem with some of its contacts alone, and with rigid blocks.
-
-    Parameters
-    ----------
-    problem : The contact problem.
-    contacts : Numbers of the contacts to keep, shape (k,).
-    """
-    d = problem.dimension
-    size = len(contacts) * d
-    cohesion: dict[str, Any] = {name: getattr(problem, name) for name in COHESION}
-    return replace(
-        problem,
-        friction=problem.friction[contacts],
-        free_velocity=problem.free_velocity[contacts],
-        compliance=sparse.bsr_array((size, size), blocksize=(d, d) if size else (1, 1)),
-        bodies=problem.bodies[contacts],
-        rigid_map=problem.rigid_map[contacts],
-        **{name: values[contacts] for name, values in cohesion.items() if values is not None},
-    )
 
 
 def _twin(problem: ContactProblem) -> ContactProblem:
     """Rigid blocks of unit mass at rest, of which only the static modes move."""
     static = problem.rigid_mass <= 0
     moves = np.concatenate([static, np.zeros((1, static.shape[1]), dtype=bool)])[problem.bodies]
-    compliance = problem.compliance
     return replace(
-        problem,
-        compliance=sparse.bsr_array(compliance.shape, blocksize=compliance.blocksize),
+        problem.without_compliance(),
         free_velocity=np.zeros_like(problem.free_velocity),
         rigid_map=problem.rigid_map * moves[:, :, None, :],
         rigid_mass=np.ones_like(problem.rigid_mass),

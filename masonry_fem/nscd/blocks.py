@@ -38,6 +38,10 @@ def assemble_blocks(
     -------
     Shape (c d, c d), (d, d) blocks, sorted; where ``symmetric``, symmetric to the last bit. Beyond the
     result itself only its pattern and one contribution at a time are held in memory.
+
+    Raises
+    ------
+    ProblemError : A matrix has another shape than its contacts.
     """
     d = dimension
     members = [np.asarray(contacts, dtype=np.int64) for contacts, _ in contributions]

@@ -72,6 +72,10 @@ def inverse_entries(petsc: Any, factor: Any, rows: IntArray, columns: IntArray) 
     petsc : petsc4py.PETSc. factor : Of MUMPS, made.
     rows : Ascending, shape (r,). columns : Ascending, shape (c,).
 
+    Raises
+    ------
+    LinAlgError : PETSc fails.
+
     References
     ----------
     P. R. Amestoy, I. S. Duff, J.-Y. L'Excellent, Y. Robert, F.-H. Rouet and B. Uçar, "On computing inverse

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.compliance import Operator, Shared, operator
+from masonry_fem.nscd.compliance import Operator, Shared, only, operator
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -162,6 +162,24 @@ class ContactProblem:
         """The same of rigid bodies."""
         nothing = sparse.bsr_array(self.compliance.shape, blocksize=self.compliance.blocksize)
         return replace(self, compliance=nothing)
+
+    def only(self, contacts: IntArray) -> ContactProblem:
+        """The problem with some of its contacts alone; all bodies stay.
+
+        Parameters
+        ----------
+        contacts : Numbers of the contacts to keep, ascending, shape (k,).
+        """
+        cohesion: dict[str, Any] = {name: getattr(self, name) for name in COHESION}
+        return replace(
+            self,
+            friction=self.friction[contacts],
+            free_velocity=self.free_velocity[contacts],
+            compliance=only(self.compliance, contacts),
+            bodies=self.bodies[contacts],
+            rigid_map=self.rigid_map[contacts],
+            **{name: values[contacts] for name, values in cohesion.items() if values is not None},
+        )
 
     def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
         """W_el p, shape (c, d) [m/s]."""

@@ -24,7 +24,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from masonry_fem.nscd import graphs
-from masonry_fem.nscd.admissible import BALANCED, CLOSED, admissible_impulses, closed_part, static_part
+from masonry_fem.nscd.admissible import BALANCED, CLOSED, admissible_impulses, static_part
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -66,7 +66,7 @@ class RestRun:
         at_rest, least = problem.free_velocity, CLOSED * free_speed(problem)
         closed = at_rest[:, 0] <= least
         if problem.cohesion_stiffness is None and not (np.abs(at_rest[closed]) > least).any():
-            impulse[closed] = holding_impulses(closed_part(problem, np.flatnonzero(closed)))
+            impulse[closed] = holding_impulses(problem.without_compliance().only(np.flatnonzero(closed)))
         return Iterate(impulse, np.zeros_like(problem.rigid_velocity), verdict=Outcome.STALLED)
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:

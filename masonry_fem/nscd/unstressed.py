@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.compliance import only
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -161,19 +160,13 @@ def _vanishes(shares: list[float]) -> bool:
 
 def _touching(problem: ContactProblem, contacts: NDArray[np.int64]) -> ContactProblem:
     """The problem of some contacts and bodies without inertia, at rest where they are rigid."""
-    d = problem.dimension
-    size = len(contacts) * d
-    nothing = sparse.bsr_array((size, size), blocksize=(d, d) if size else (1, 1))
     rest = 0.0 if problem.rigid else 1.0
+    part = problem.only(contacts)
     return replace(
-        problem,
-        friction=problem.friction[contacts],
-        free_velocity=rest * problem.free_velocity[contacts],
-        compliance=nothing if problem.rigid else only(problem.compliance, contacts),
-        bodies=problem.bodies[contacts],
-        rigid_map=problem.rigid_map[contacts],
-        rigid_mass=np.zeros_like(problem.rigid_mass),
-        rigid_velocity=rest * problem.rigid_velocity,
+        part,
+        free_velocity=rest * part.free_velocity,
+        rigid_mass=np.zeros_like(part.rigid_mass),
+        rigid_velocity=rest * part.rigid_velocity,
     )
 
 

@@ -220,15 +220,21 @@ def _stress(summary: Mapping[str, Any]) -> Rows:
             yield "stress", name, quantity(value, "Pa")
 
 
+def _stress_error(summary: Mapping[str, Any]) -> Rows:
+    error = (summary.get("stress") or {}).get("error")
+    if not error:
+        return
+    most = f" (most in {error['worst'][0]['block']})" if error["relative"] > 0 else ""
+    yield "errors", "of stress, estimated", f"{_percent(error['relative'])}{most}"
+    if error["relative"] > FINE and summary.get("outcome") not in FALLEN:
+        yield "errors", "… less with", finer_elements(summary)
+    if error["unjudged"]:
+        blocks = _plural(error["unjudged"], "blocks")
+        yield "errors", "… but more", f"{blocks} one linear element thick, whose errors do not show"
+
+
 def _errors(summary: Mapping[str, Any]) -> Rows:
-    if error := (summary.get("stress") or {}).get("error"):
-        most = f" (most in {error['worst'][0]['block']})" if error["relative"] > 0 else ""
-        yield "errors", "of stress, estimated", f"{_percent(error['relative'])}{most}"
-        if error["relative"] > FINE and summary.get("outcome") not in FALLEN:
-            yield "errors", "… less with", finer_elements(summary)
-        if error["unjudged"]:
-            blocks = _plural(error["unjudged"], "blocks")
-            yield "errors", "… but more", f"{blocks} one linear element thick, whose errors do not show"
+    yield from _stress_error(summary)
     told = summary.get("errors") or {}
     if contact := told.get("contact"):
         words = [f"{name.replace('_', ' ')} {_percent(contact[name])}" for name in CHANGES if name in contact]

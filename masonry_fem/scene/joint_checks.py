@@ -19,7 +19,12 @@ MODULI = ("thickness", "young")
 
 
 def check_joints(scene: Scene) -> None:
-    """Raise a MisfitError for the first joint that contradicts itself."""
+    """Refuse the first joint that contradicts itself.
+
+    Raises
+    ------
+    MisfitError : There is one.
+    """
     for index, joint in enumerate(scene.joints):
         path: KeyPath = ("joints", index)
         low, high = joint.inclination

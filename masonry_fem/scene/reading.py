@@ -70,6 +70,10 @@ def loads(
     overrides : Texts ``dotted.key=value``.
     base : Folder that relative paths in the scene start from.
     source : What messages call the text.
+
+    Raises
+    ------
+    SceneError : The text is no TOML, or no scene.
     """
     deep = f"{source}: tables or lists within one another, expected at most {DEEPEST}; write it plainly"
     if _DEEP_KEY.search(text):  # tomllib would take minutes

@@ -56,7 +56,17 @@ def _kind(found: Found) -> Kind:
 
 
 def build_structure(spec: Structure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
-    """The blocks of one structure; ``base`` is the folder of its files, ``mesh`` for files to mesh."""
+    """The blocks of one structure.
+
+    Parameters
+    ----------
+    spec : Its record. dimension : Of the scene.
+    base : Folder of its files. mesh : Of files that are meshed here.
+
+    Raises
+    ------
+    ExtensionError : What the structure's file builds is no assembly in this dimension.
+    """
     kind = kinds()[str(spec.__struct_config__.tag)]
     made = kind.build(spec, dimension) if spec.source is None else kind.build(spec, dimension, base, mesh)
     if fault := _fault(made, dimension):
@@ -117,7 +127,13 @@ def build_structures(
 
 
 def assemble(parts: Sequence[Assembly]) -> Assembly:
-    """Several structures as one; shapes that are equal bit for bit are shared."""
+    """Several structures as one; shapes that are equal bit for bit are shared.
+
+    Raises
+    ------
+    SceneError : Two blocks have one name.
+    GeometryError : There is no block.
+    """
     shapes: list[Shape] = []
     blocks: list[Block] = []
     for part in parts:

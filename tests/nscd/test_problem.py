@@ -39,6 +39,24 @@ def test_condensed_form_gives_the_same_velocities(name, request):
     assert plain.compliance.blocksize == (3, 3)
 
 
+@pytest.mark.parametrize("name", ["bricks", "elastic"])
+def test_some_contacts_alone_move_as_if_the_others_carried_nothing(name, request):
+    """The whole problem gives the velocities of the kept contacts, whose cohesion stays with them."""
+    whole, rng = request.getfixturevalue(name), np.random.default_rng(3)
+    whole = replace(whole, cohesion_offset=rng.normal(size=whole.free_velocity.shape))
+    kept = np.flatnonzero(rng.random(whole.count) < 0.5)
+    p, U = np.zeros_like(whole.free_velocity), rng.normal(size=whole.rigid_mass.shape)
+    p[kept] = rng.normal(size=(len(kept), 3))
+    part = whole.only(kept)
+    expected = whole.velocity(p, U)[kept]
+    assert part.velocity(p[kept], U) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+    assert part.body_impulse(p[kept]) == pytest.approx(whole.body_impulse(p), abs=1e-12)
+    assert part.contact_part(p[kept], expected) == pytest.approx(
+        whole.contact_part(p, whole.velocity(p, U))[kept]
+    )
+    assert (part.friction == whole.friction[kept]).all()
+
+
 def test_rigid_maps_may_lie_in_memory_in_any_order(bricks):
     other = replace(bricks, rigid_map=bricks.rigid_map[:, :, :, [0, 1, 2, 3, 4, 5]])
     assert not other.rigid_map.flags.c_contiguous

@@ -113,7 +113,9 @@ def least_angle() -> float:
 
     def slides(angle: float) -> bool:
         gravity = [G * sin(radians(angle)), -G * cos(radians(angle))]
-        return mf.solve(stack([2, 1], friction=0.5, loads={"gravity": gravity})).outcome != "equilibrium"
+        outcome = mf.solve(stack([2, 1], friction=0.5, loads={"gravity": gravity})).outcome
+        assert outcome in {"equilibrium", "no_equilibrium"}
+        return outcome == "no_equilibrium"
 
     return halved(slides, 20.0, 35.0)
 

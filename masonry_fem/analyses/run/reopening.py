@@ -83,7 +83,12 @@ def reopened(folder: Path, *, trust: bool = False) -> Left:
 
 
 def untrusted(text: str) -> str:
-    """A scene's text without the trust in its programs: whoever wrote the file may not give it."""
+    """A scene's text without the trust in its programs: whoever wrote the file may not give it.
+
+    Raises
+    ------
+    CheckpointError : The text is no TOML.
+    """
 
     def stripped(value: Any) -> Any:
         if isinstance(value, dict):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import chain, zip_longest
+from itertools import chain, cycle, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,30 +104,33 @@ def _draw_curves(panel: Any, name: str, key: Variation, lines: dict[str, list[Ro
     panel : Where to. name : Of the quantity. key : The abscissa. lines : Cells that a line joins, by label.
     """
     frame(panel)
+    texts = [key.text(at) for at in range(len(key.values))]
     counts = all(isinstance(value, int | float) for value in key.values)
-    places = [float(value) for value in key.values] if counts else list(range(len(key.values)))
-    units = (row.quantities[name].unit for rows in lines.values() for row in rows if name in row.quantities)
-    unit = next(units, "")
-    for place, (label, rows) in enumerate(lines.items()):
-        spots = sorted((places[_place(key, row)], number(row, name)) for row in rows)
-        across, up = zip(*spots, strict=True)
-        panel.plot(across, up, "o-", ms=5, lw=1.6, color=COLOURS[place % len(COLOURS)], label=label)
+    places = dict(zip(texts, map(float, key.values) if counts else range(len(texts)), strict=True))
+    for colour, (label, rows) in zip(cycle(COLOURS), lines.items(), strict=False):
+        spots = sorted((places[row.cell.settings[key.key]], number(row, name)) for row in rows)
+        panel.plot(*zip(*spots, strict=True), "o-", ms=5, lw=1.6, color=colour, label=label)
     if not counts:
-        panel.set_xticks(places, [key.text(at) for at in range(len(places))])
+        panel.set_xticks(list(places.values()), texts)
     panel.set_title(name, fontsize=11, color=INK, loc="left", weight="bold")
-    across_unit = f" [{key.unit}]" if key.unit else ""
-    panel.set_xlabel(f"{key.key.rpartition('.')[2]}{across_unit}", fontsize=9.5, color=PALE)
-    panel.set_ylabel(f"[{unit}]" if unit else "", fontsize=9.5, color=PALE)
+    panel.set_xlabel(f"{key.key.rpartition('.')[2]}{_bracketed(key.unit)}", fontsize=9.5, color=PALE)
+    panel.set_ylabel(_bracketed(_unit(name, lines)).strip(), fontsize=9.5, color=PALE)
     panel.margins(0.06, 0.12)
+
+
+def _unit(name: str, lines: dict[str, list[Row]]) -> str:
+    """Unit of a quantity; empty where no cell has it."""
+    found = (row.quantities[name].unit for rows in lines.values() for row in rows if name in row.quantities)
+    return next(found, "")
+
+
+def _bracketed(unit: str) -> str:
+    return f" [{unit}]" if unit else ""
 
 
 def _abscissa(vary: Sequence[Variation]) -> Variation:
     """The key with the most values."""
     return max(vary, key=lambda one: len(one.values))
-
-
-def _place(key: Variation, row: Row) -> int:
-    return [key.text(at) for at in range(len(key.values))].index(row.cell.settings[key.key])
 
 
 def _lines(rows: Sequence[Row], others: Sequence[Variation]) -> dict[str, list[Row]]:

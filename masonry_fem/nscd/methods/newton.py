@@ -207,23 +207,20 @@ class NewtonRun:
 
     def _next(self, residual: float, quality: Quality, tolerance: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
-        # the tolerance bounds the same in velocities, too, which may lie a thousand times above
-        worse = max(quality.natural_map, quality.natural_map_velocity)
-        share = quality.natural_map / worse if 0 < worse < np.inf else 1.0
         if self.jammed:
             self.jammed, self.grip = False, _GRIP
             return self._watch_settling() if self._settle() else self._close_round(tolerance)
-        rebounds = bool(self.grip) and self._rebounds(residual)
+        rebounds = self._rebounds(residual)
         if self.grip and self._settle():
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
-        if residual <= max(self.settings.accuracy * self.error, 0.5 * share * tolerance):
+        if residual <= max(self.settings.accuracy * self.error, 0.5 * _share(quality) * tolerance):
             self.grip *= _LOOSER
             return self._close_round(tolerance)
         if rebounds:
             return self._grip_harder()
-        running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
-        if running_off and self.static_mass < _FIRM and self._restart():
+        runs_off = np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
+        if runs_off and self._firmer():
             return None
         return self._give_up_round() if self.round.steps >= self.settings.round_steps else None
 
@@ -526,7 +523,7 @@ class NewtonRun:
 
     def _give_up_round(self) -> Outcome | None:
         """A round that does not end: regularise more, and begin it again."""
-        if self.static.any() and self.static_mass < _FIRM and self._restart():
+        if self._firmer():
             return None
         self.weight = min(10.0 * self.weight, 1.0)
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
@@ -537,6 +534,8 @@ class NewtonRun:
     def _rebounds(self, residual: float) -> bool:
         """True where slip goes too far: its first step may raise the residual, the next ones lower it."""
         now = self.round
+        if not self.grip:
+            return False
         return now.steps >= _GRIPPED or (now.steps >= 2 and residual > now.residuals[-1])
 
     def _grip_harder(self) -> Outcome | None:
@@ -545,6 +544,10 @@ class NewtonRun:
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
         self.round = self._new_round()
         return None if self.grip < 1.0 else Outcome.STALLED
+
+    def _firmer(self) -> bool:
+        """Start again with more ε where some bodies have no inertia; False where it is firm already."""
+        return bool(self.static.any()) and self.static_mass < _FIRM and self._restart()
 
     def _restart(self) -> bool:
         """Start again from the last centre with more regularisation; False where that was tried."""
@@ -586,6 +589,12 @@ _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _SOFT = 1e-6  # first ε, relative to the compliance that B sees
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
+
+
+def _share(quality: Quality) -> float:
+    """Natural map over the worse of it and the same in velocities: the tolerance bounds both."""
+    worse = max(quality.natural_map, quality.natural_map_velocity)  # may lie a thousand times above
+    return quality.natural_map / worse if 0 < worse < np.inf else 1.0
 
 
 def _usual_weights(problem: ContactProblem, many: bool) -> tuple[float, float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -59,31 +60,40 @@ def _changes(old: Mapping[tuple[str, str], str] | None, new: Mapping[tuple[str, 
     return lines
 
 
+# Tables of a summary, their greatest values, words, unit, and where these are.
+GREATEST = (
+    ("stress", "min_principal", "greatest compression", "Pa", "in", "block"),
+    ("stress", "max_principal", "greatest tension", "Pa", "in", "block"),
+    ("joints", "greatest_opening", "greatest opening", "m", "between", "interface"),
+    ("joints", "greatest_sliding", "greatest slide", "m", "between", "interface"),
+)
+
+
 def _figures(folder: Path) -> list[tuple[str, str]]:
     """The figures that tell most of where a stage has ended."""
     try:
         end = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return []
+    figures = _supports(end.get("supports") or {})
+    for table, key, words, unit, where, place in GREATEST:
+        if one := (end.get(table) or {}).get(key):
+            figures.append((words, f"{quantity(one['value'], unit)} {where} {one[place]}"))
+    if hinges := (end.get("joints") or {}).get("hinge"):
+        figures.append(("hinges", str(hinges)))
+    for name, moved in (end.get("probes") or {}).items():
+        figures.append((f"{name} has moved", quantity(math.hypot(*moved), "m")))
+    return figures
+
+
+def _supports(forces: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Forces of the supports with the greatest ones."""
+    shown, others = greatest_supports(forces)
     figures = []
-    supports = end.get("supports") or {}
-    shown, others = greatest_supports(supports)
     for name in shown:
-        force = supports[name]["force"]
+        force = forces[name]["force"]
         unit = "N/m" if len(force) == 2 else "N"
         figures.append((f"support {name}", in_words(force, unit, "xyz", 4, mark=", ")))
     if others:
         figures.append((f"{others} other supports", "with smaller forces, see its summary.json"))
-    for key, words in (("min_principal", "greatest compression"), ("max_principal", "greatest tension")):
-        if one := (end.get("stress") or {}).get(key):
-            figures.append((words, f"{quantity(one['value'], 'Pa')} in {one['block']}"))
-    joints = end.get("joints") or {}
-    for key, words in (("greatest_opening", "greatest opening"), ("greatest_sliding", "greatest slide")):
-        if one := joints.get(key):
-            figures.append((words, f"{quantity(one['value'], 'm')} between {one['interface']}"))
-    if hinges := joints.get("hinge"):
-        figures.append(("hinges", str(hinges)))
-    for name, moved in (end.get("probes") or {}).items():
-        size = sum(x * x for x in moved) ** 0.5
-        figures.append((f"{name} has moved", quantity(size, "m")))
     return figures

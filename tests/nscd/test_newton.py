@@ -168,7 +168,7 @@ def test_gaps_that_are_small_beside_what_bricks_close(courses, length, elements,
     ],
 )
 def test_impulses_round_loops_of_open_joints_are_let_go(monkeypatch, push, friction, gap, beds, most):
-    """Each round of two steps let go of a tenth of them: 34 and 15 linear solves without a push, 56 in vain with.
+    """Each round of two steps let go of a tenth of them: 34 and 15 solves at rest, 56 in vain if pushed.
 
     With α no less than 1e-5 to the end these take 17, 12, 69, 41 and 30.
     """

@@ -231,7 +231,7 @@ def _as_users_do(case: Case) -> dict[str, Any]:
     before = set(case.folder.rglob("*"))
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
-            [sys.executable, "-m", "masonry_fem.cli", *case.arguments],
+            [sys.executable, "-m", "masonry_fem", *case.arguments],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=said,

@@ -119,7 +119,7 @@ def prepare(kind: str, folder: Path) -> Prepared:
 
 
 def start(command: tuple[str, ...], scene: Path, out: Path) -> subprocess.Popen[str]:
-    line = [sys.executable, "-m", "masonry_fem.cli", command[0], str(scene), "--out", str(out)]
+    line = [sys.executable, "-m", "masonry_fem", command[0], str(scene), "--out", str(out)]
     return subprocess.Popen(
         [*line, *command[1:], "--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

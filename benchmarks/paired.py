@@ -126,7 +126,7 @@ def run(
     alone |= {"PYTHONPATH": str(checkout), "PYTHONDONTWRITEBYTECODE": ""}
     before = os.times()
     done = subprocess.run(
-        [sys.executable, "-m", "masonry_fem.cli", *arguments],
+        [sys.executable, "-m", "masonry_fem", *arguments],
         cwd=folder, env=os.environ | alone, check=False, capture_output=True, timeout=limit,
     )  # fmt: skip
     after = os.times()

@@ -155,7 +155,7 @@ class Found:
 
 
 def start(*words: str) -> subprocess.Popen[bytes]:
-    line = [sys.executable, "-m", "masonry_fem.cli", *words, "--quiet"]
+    line = [sys.executable, "-m", "masonry_fem", *words, "--quiet"]
     return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 

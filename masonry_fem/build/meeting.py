@@ -25,6 +25,7 @@ from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, partners, returned, returned_faces
 from masonry_fem.march.model import FloatArray, Model
+from masonry_fem.march.motion import nearest_motions
 from masonry_fem.march.renewal import NEAR
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly
@@ -32,6 +33,7 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import Pose
 
 STEEPEST = 40.0  # largest angle between faces that may come into contact [degrees]
+DEEP = 5e-2  # of a block's size: largest overlap of blocks that bear on each other as they are found anew
 AHEAD = 2.0  # times the blocks' displacement in the step: distance within which blocks are examined
 
 
@@ -55,11 +57,13 @@ class Meeting:
         after: tuple[Any, ...],
         pairs: IntArray,
         held: np.ndarray,
+        *,
+        slid: bool = False,
     ) -> tuple[Model, IntArray]:
         """The model with the contacts of ``pairs`` (m, 2) of blocks found anew, and which old ones it keeps.
 
         The old contacts of a pair make way, unless one of them is among the ``held`` (c,), or properties
-        scatter: then those found far from them are added. The same model where nothing is found.
+        scatter: then those found far from them are added. The same model where nothing changes.
 
         Parameters
         ----------
@@ -67,12 +71,16 @@ class Meeting:
         before, after : Body states at the start of a step, where contacts are looked for, and at its end.
         pairs : Blocks that are in each other at its end.
         held : Contacts that stay.
+        slid : Whether the pairs bear past the ends of their faces: they lose their contacts also where none
+            are found.
 
         Returns
         -------
         The model, and the numbers of the old contacts with which its contacts begin, (k,).
         """
         every = np.arange(model.contacts.count)
+        if slid and self._scatters:
+            return model, every
         motion, later = nearest_motions(model, before), nearest_motions(model, after)
         used = np.unique(pairs)
         trace = np.einsum("bij,bij->b", motion[0][used], later[0][used])  # 1 + 2 cos φ, in 2D 2 cos φ
@@ -89,13 +97,15 @@ class Meeting:
         )
         placed = _moved(self.stones.assembly, motion, used)
         stones = replace(self.stones, assembly=placed)
-        found = self._faces(placed, used, pairs, far, angle)
+        deep = max(far, DEEP * model.length) if slid else far
+        found = self._faces(placed, used, pairs, (far, deep), angle)
         fresh, records = touching(self.scene, stones, found, tell=False)
-        if not fresh:
+        if not fresh and not slid:
             return model, every
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
-        keep, new = self._parted(model, motion, fresh, contacts, held)
-        if not new.any():
+        gone = pairs if slid else _pairs(fresh)
+        keep, new = self._parted(model, motion, fresh, contacts, held, gone)
+        if not new.any() and keep.all():
             return model, every
         fresh, contacts = chosen(fresh, contacts, new)
         turned = np.zeros(len(placed.blocks), dtype=bool)
@@ -121,23 +131,25 @@ class Meeting:
         )
         return made, every[keep[model.contacts.interface]]
 
+    @property
+    def angle(self) -> float:
+        """Largest angle between faces that are in contact [degrees]."""
+        return self.scene.contact.angle
+
     def _parted(
         self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: tuple[Interface, ...],
-        contacts: Contacts, held: np.ndarray,
+        contacts: Contacts, held: np.ndarray, gone: IntArray,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-        """Which interfaces of the model stay, and which fresh ones are taken."""
+        """Which interfaces of the model stay, and which fresh ones are taken; those of pairs ``gone`` go."""
         keys = np.array([len(model.assembly.blocks), 1])
-        known, anew = (
-            np.sort(np.array([one.blocks for one in each], dtype=np.int64).reshape(-1, 2), axis=1) @ keys
-            for each in (model.interfaces, fresh)
-        )
+        known, anew, gone = (each @ keys for each in (_pairs(model.interfaces), _pairs(fresh), gone))
         ties = np.array([one.tie for one in model.interfaces], dtype=bool)
         tied = known[~ties] if self._scatters else known[model.contacts.interface[held]]
         block, point = model.contacts.blocks[:, 0], model.contacts.points[:, 0]
         now = np.einsum("cij,cj->ci", motion[0][block], point) + motion[1][block]
         near = partners(model.contacts, now, contacts, contacts.points[:, 0], NEAR * model.length)
         far = np.bincount(contacts.interface[near < 0], minlength=len(fresh)) > 0
-        return ~np.isin(known, anew) | np.isin(known, tied) | ties, far | ~np.isin(anew, tied)
+        return ~np.isin(known, gone) | np.isin(known, tied) | ties, far | ~np.isin(anew, tied)
 
     @property
     def _scatters(self) -> bool:
@@ -149,13 +161,13 @@ class Meeting:
         return surfaces_of(self.stones.assembly)
 
     def _faces(
-        self, placed: Assembly, used: IntArray, pairs: IntArray, far: float, turned: float
+        self, placed: Assembly, used: IntArray, pairs: IntArray, within: tuple[float, float], turned: float
     ) -> tuple[Interface, ...]:
-        """Common faces of the pairs among the blocks in use."""
+        """Common faces of the pairs among the blocks in use, ``within`` a gap and an overlap."""
         angle = self.scene.contact.angle
         few = replace(placed, blocks=tuple(placed.blocks[block] for block in used))
         found = detect(
-            few, reach=far, overlap=far, angle=max(angle, min(STEEPEST, angle + turned)),
+            few, reach=within[0], overlap=within[1], angle=max(angle, min(STEEPEST, angle + turned)),
             surfaces=self._surfaces, tell=False, corners=True,
         )  # fmt: skip
         wanted = {tuple(pair) for pair in pairs.tolist()}
@@ -163,19 +175,9 @@ class Meeting:
         return tuple(one for one in named if tuple(sorted(one.blocks)) in wanted)
 
 
-def nearest_motions(model: Model, bodies: tuple[Any, ...]) -> tuple[FloatArray, FloatArray]:
-    """The rigid motions x = R X + t that come nearest to what blocks have done, (b, d, d), (b, d) [m].
-
-    Parameters
-    ----------
-    model : The structure of b blocks.
-    bodies : Body states, one a group.
-    """
-    count, d = len(model.assembly.blocks), model.assembly.dimension
-    rotation, translation = np.tile(np.eye(d), (count, 1, 1)), np.zeros((count, d))
-    for group, state in zip(model.groups, bodies, strict=True):
-        rotation[group.blocks], translation[group.blocks] = group.motion(state)
-    return rotation, translation
+def _pairs(interfaces: tuple[Interface, ...]) -> IntArray:
+    """Blocks of interfaces, the lower number first, shape (i, 2)."""
+    return np.sort(np.array([one.blocks for one in interfaces], dtype=np.int64).reshape(-1, 2), axis=1)
 
 
 def _moved(assembly: Assembly, motion: tuple[FloatArray, FloatArray], used: IntArray) -> Assembly:

@@ -29,7 +29,7 @@ from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.host.memory import taken_up
-from masonry_fem.host.phases import phase
+from masonry_fem.host.phases import LOADING, phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
 from masonry_fem.march.shaking import Shaking
@@ -95,7 +95,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         at(1, "no blocks overlap")
         interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
         interfaces, chosen = touching(scene, stones, _between_free(stones, interfaces))
-        at(2, f"{len(interfaces)} joints found")
+        at(2, f"joints found: {len(interfaces)}")
         _tell_gaps(stones, interfaces)
         interfaces, contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
     chosen = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
@@ -103,7 +103,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     clock.lap("detect")
     if solved:
         foresee_memory(scene, memory_of_run(stones, contacts))
-    with phase("loading libraries"):
+    with phase(LOADING):
         for kind in _used(stones):
             kind.load()
     taken_up()

@@ -18,7 +18,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, touching
-from masonry_fem.build.meeting import nearest_motions
+from masonry_fem.build.meeting import DEEP
 from masonry_fem.build.stones import Stones, typical_length
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
@@ -27,11 +27,10 @@ from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
 from masonry_fem.march.loads import external_forces
 from masonry_fem.march.model import FloatArray, Model
-from masonry_fem.march.motion import BlockMotion
+from masonry_fem.march.motion import BlockMotion, nearest_motions
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
-DEEP = 5e-2  # of a block's size: largest overlap of blocks that have met between two detections
 AHEAD = 2.0  # times the blocks' expected displacement until the next detection: reach of this one
 STEEPEST = 40.0  # largest angle between faces that may come into contact [degrees]
 

@@ -7,6 +7,7 @@ import argparse
 
 from masonry_fem.cli.console import print_table
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (("how large is it, and are its joints found", "masonry-fem check demos/tower.toml"),)
 
@@ -16,7 +17,8 @@ NAMED = 12  # blocks
 def check_scene(options: argparse.Namespace) -> int:
     """Validate a scene and print its sizes."""
     scene, base = read_scene(options)
-    from masonry_fem.analyses.inspect import check_scene as check
+    with phase(LOADING):
+        from masonry_fem.analyses.inspect import check_scene as check
     from masonry_fem.records.remark import first_few
     from masonry_fem.records.told import plain
 

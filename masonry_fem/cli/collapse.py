@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import COLLAPSE_CODES, conclude
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     ("the ground tilts until it falls", "masonry-fem collapse demos/rubble_wall.toml --tilt x"),
@@ -18,7 +19,8 @@ EXAMPLES = (
 def collapse_scene(options: argparse.Namespace) -> int:
     """Find the collapse multiplier of a scene; the exit code says whether it was found."""
     scene, base = read_scene(options)
-    from masonry_fem.analyses.collapse import collapse
+    with phase(LOADING):
+        from masonry_fem.analyses.collapse import collapse
     from masonry_fem.output.folder import Folder
     from masonry_fem.output.search_table import print_collapse, watched
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     ("for ParaView, all steps", "masonry-fem export results/arch arch.xdmf"),
@@ -18,7 +19,8 @@ EXAMPLES = (
 
 def export_results(options: argparse.Namespace) -> int:
     """Write a file for each name that is given."""
-    from masonry_fem.output.exporting import export
+    with phase(LOADING):
+        from masonry_fem.output.exporting import export
 
     for path in options.files:
         print_files(export(options.folder, path, options.step))

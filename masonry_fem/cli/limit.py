@@ -7,6 +7,7 @@ import argparse
 
 from masonry_fem.cli.console import EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     ("can rigid stones carry the loads", "masonry-fem limit demos/spreading_arch.toml"),
@@ -17,7 +18,8 @@ EXAMPLES = (
 def limit_scene(options: argparse.Namespace) -> int:
     """Decide by limit analysis whether the loads of a scene can be carried; the exit code says so."""
     scene, base = read_scene(options)
-    from masonry_fem.analyses.limit import analyse
+    with phase(LOADING):
+        from masonry_fem.analyses.limit import analyse
     from masonry_fem.records.told import text
 
     told = analyse(scene, base, dead=options.dead, tilt=options.tilt)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     (
@@ -20,7 +21,8 @@ EXAMPLES = (
 def mesh_scene(options: argparse.Namespace) -> int:
     """Write and picture the mesh and the interfaces."""
     scene, base = read_scene(options)
-    from masonry_fem.analyses.inspect import write_mesh
+    with phase(LOADING):
+        from masonry_fem.analyses.inspect import write_mesh
 
     options.out = results_folder(options)
     print_files(write_mesh(scene, options.out, base))

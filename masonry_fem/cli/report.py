@@ -10,6 +10,7 @@ from pathlib import Path
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents
 from masonry_fem.errors import OutputError
+from masonry_fem.host.phases import LOADING, phase
 
 logger = logging.getLogger(__name__)
 
@@ -19,7 +20,9 @@ EXAMPLES = (("report.html beside the results", "masonry-fem report results/arch"
 def report_results(options: argparse.Namespace) -> int:
     """Write report.html into a results folder, from the files there."""
     from masonry_fem.output.folder import Folder, unfinished
-    from masonry_fem.output.report import write_report
+
+    with phase(LOADING):
+        from masonry_fem.output.report import write_report
 
     if not (options.folder / "summary.json").is_file():
         raise OutputError(

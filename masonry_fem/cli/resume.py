@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import BAD_INPUT, EXIT_CODES, conclude_run
 from masonry_fem.cli.grammar import Commands, Parents
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     ("after Ctrl-C or a kill", "masonry-fem resume results/column"),
@@ -17,7 +18,8 @@ EXAMPLES = (
 
 def resume_run(options: argparse.Namespace) -> int:
     """Make the steps that are left; the exit code says how the run ended."""
-    from masonry_fem.analyses.run.resume import EndedError, resume
+    with phase(LOADING):
+        from masonry_fem.analyses.run.resume import EndedError, resume
     from masonry_fem.host import installation
 
     installation.require_python()

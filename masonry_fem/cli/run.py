@@ -10,6 +10,7 @@ from masonry_fem.cli.console import BAD_INPUT, EXIT_CODES, complain, conclude_ru
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
 from masonry_fem.errors import MasonryError
 from masonry_fem.host.memory import put_off
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     ("an arch under its own weight", "masonry-fem run demos/arch.toml --out results/arch"),
@@ -28,7 +29,8 @@ def _solved(options: argparse.Namespace) -> int:
     if options.refine_to is not None:
         return refine_scene(options)
     scene, base = read_scene(options)
-    from masonry_fem.analyses.run import run
+    with phase(LOADING):
+        from masonry_fem.analyses.run import run
 
     options.out = results_folder(options)
     result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
@@ -38,7 +40,8 @@ def _solved(options: argparse.Namespace) -> int:
 def refine_scene(options: argparse.Namespace) -> int:
     """Solve a scene on finer and finer elements; with exit code 2 its error stayed too large."""
     scene, base = read_scene(options)
-    from masonry_fem.analyses.refine import refine
+    with phase(LOADING):
+        from masonry_fem.analyses.refine import refine
     from masonry_fem.output.refinement_table import round_line
     from masonry_fem.records.told import plain
 

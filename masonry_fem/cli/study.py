@@ -10,7 +10,7 @@ from typing import Any
 
 from masonry_fem.cli.console import EXIT_CODES, INTERRUPTED, complain, print_files
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
-from masonry_fem.host.phases import At, phase
+from masonry_fem.host.phases import LOADING, At, phase
 
 EXAMPLES = (
     ("which mesh is fine enough", "masonry-fem study demos/low_wall.toml --vary mesh.size=0.2,0.1,0.05"),
@@ -31,7 +31,8 @@ def study_scene(options: argparse.Namespace) -> int:
     """Run a scene with many settings; the exit code says whether any was solved."""
     if options.records:
         return shake_scene(options)
-    from masonry_fem.analyses.study import study
+    with phase(LOADING):
+        from masonry_fem.analyses.study import study
     from masonry_fem.analyses.study.table import print_study
 
     with phase("cells") as at:
@@ -49,7 +50,8 @@ def study_scene(options: argparse.Namespace) -> int:
 
 def shake_scene(options: argparse.Namespace) -> int:
     """Run a scene under records; the exit code says whether any run could be decided."""
-    from masonry_fem.analyses.incremental import incremental
+    with phase(LOADING):
+        from masonry_fem.analyses.incremental import incremental
     from masonry_fem.analyses.incremental.outputs import print_incremental
     from masonry_fem.errors import MasonryError
 

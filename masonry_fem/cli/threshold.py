@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import THRESHOLD_CODES, conclude
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     (
@@ -25,7 +26,8 @@ EXAMPLES = (
 
 def find_threshold(options: argparse.Namespace) -> int:
     """Find the threshold of a key; the exit code says whether it was found."""
-    from masonry_fem.analyses.threshold import threshold
+    with phase(LOADING):
+        from masonry_fem.analyses.threshold import threshold
     from masonry_fem.host import installation
     from masonry_fem.output.search_table import print_threshold, watched
 

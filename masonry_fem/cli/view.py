@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents
+from masonry_fem.host.phases import LOADING, phase
 
 EXAMPLES = (
     ("in a window", "masonry-fem view results/arch"),
@@ -18,7 +19,8 @@ EXAMPLES = (
 
 def view_results(options: argparse.Namespace) -> int:
     """Show a results folder, or picture it."""
-    from masonry_fem.output.view import Wishes, view
+    with phase(LOADING):
+        from masonry_fem.output.view import Wishes, view
 
     wishes = Wishes(
         png=options.folder if options.png else None, movie=options.movie, movie_of=options.movie_of,

@@ -11,10 +11,12 @@ Where nobody listens, which is the default, a phase costs a microsecond and a ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Protocol
+from typing import Protocol, cast
+
+LOADING = "loading libraries"  # what is done before anything else is
 
 type At = Callable[..., None]
 """``at(done, note="", total=None)``: how much is done, what else is worth a few words, another total."""
@@ -75,14 +77,15 @@ def phase(what: str, total: float | None = None) -> Iterator[At]:
         by.end(at)
 
 
-def counted[T](what: str, items: Sequence[T]) -> Iterator[T]:
+def counted[T](what: str, items: Iterable[T], total: int | None = None) -> Iterator[T]:
     """The items one after another, as a phase that is done when all have been.
 
     Parameters
     ----------
     what : Is done with each of them. items : Of any kind.
+    total : Their number; None: they have a length.
     """
-    with phase(what, len(items)) as at:
+    with phase(what, len(cast("Sized", items)) if total is None else total) as at:
         for number, item in enumerate(items):
             yield item
             at(number + 1)

@@ -16,12 +16,11 @@ from dataclasses import replace
 import numpy as np
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.contact.update import partners, picked
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.coupling import Coupling, Placement, connect
+from masonry_fem.march.coupling import Coupling, connect
 from masonry_fem.march.lookout import Lookout
 from masonry_fem.march.model import Model
-from masonry_fem.march.renewal import NEAR, carried
+from masonry_fem.march.renewal import carried, continued
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, step
 from masonry_fem.nscd import SolverSettings
@@ -113,24 +112,13 @@ def meeting_step(
         _tell(coupling, fresh, until)
         coupling = connect(found)
         here = coupling.placement(state.bodies)
-        old = _continued(model, state, found, here, kept)
+        old = continued(model, state, found, here, kept)
         state = carried(model, found, coupling, here, state, old)
         clock.lap("detect")
         made = expelling_step(found, coupling, state, scheme, settings, until, clock, snaps=snaps)
         lookout.look(made.after.bodies, always=True)
     clock.lap("detect")
     return coupling, made
-
-
-def _continued(
-    model: Model, state: SystemState, found: Model, here: Placement, kept: np.ndarray
-) -> np.ndarray:
-    """The old contact that each one goes on from: itself, or one of those that made way; −1: none, (c,)."""
-    lost = np.setdiff1d(np.arange(model.contacts.count), kept)
-    fresh = np.arange(len(kept), found.contacts.count)
-    gone, new = picked(model.contacts, lost), picked(found.contacts, fresh)
-    near = partners(gone, state.points[lost], new, here.points[fresh], NEAR * model.length)
-    return np.concatenate([kept, np.append(lost, -1)[near]])
 
 
 def _tell(coupling: Coupling, pairs: np.ndarray, until: float) -> None:

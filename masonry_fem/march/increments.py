@@ -92,7 +92,7 @@ def increments(
         if headway.seams:
             coupling.structure.empty()
             state = contiguous(state)
-        before, (coupling, state) = coupling, renewed(coupling, state, scheme)
+        before, (coupling, state) = coupling, renewed(coupling, state, scheme, lookout)
         clock.lap("step" if coupling is before else "detect")
         measured = replace(settings, least_impulse=share * headway.largest)
         most = strategy.parts, PIECES

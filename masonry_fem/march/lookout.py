@@ -22,6 +22,7 @@ from masonry_fem.contact.detection import REACH
 from masonry_fem.contact.skin import Layout, Skin
 from masonry_fem.march.deformation import second_order
 from masonry_fem.march.model import Model
+from masonry_fem.march.overhang import Ends
 from masonry_fem.march.state import SystemState
 
 SHARE = 0.25  # of the reach: how far something moves in dynamics until blocks are looked at anew
@@ -102,6 +103,11 @@ class Lookout:
         beyond = self.found.depth - np.maximum(borne, self.known(model, state, pairs))
         strange: IntArray = pairs[beyond > least * self.sizes(pairs)]
         return strange
+
+    @cached_property
+    def ends(self) -> Ends:
+        """Where the faces of the blocks end."""
+        return Ends.of(self._model.assembly)
 
     def bear(self, pairs: IntArray) -> None:
         """Take pairs for strangers only once they are deeper in each other than the last look saw them."""

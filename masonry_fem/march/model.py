@@ -124,6 +124,11 @@ class Update(Protocol):
 class Meet(Protocol):
     """How blocks that meet become contacts."""
 
+    @property
+    def angle(self) -> float:
+        """Largest angle between faces that are in contact [degrees]."""
+        ...
+
     def __call__(
         self,
         model: Model,
@@ -131,11 +136,13 @@ class Meet(Protocol):
         after: tuple[Any, ...],
         pairs: NDArray[np.int64],
         held: NDArray[np.bool_],
+        *,
+        slid: bool = False,
     ) -> tuple[Model, NDArray[np.int64]]:
         """The model with the contacts of ``pairs`` (m, 2) of blocks found anew, and which old ones it keeps.
 
-        They met between two states. The old contacts of a pair make way unless one of them is ``held`` (c,).
-        The kept ones, (k,), come first.
+        They met between two states. The old contacts of a pair make way unless one of them is ``held`` (c,);
+        of pairs that ``slid`` off each other also where none are found. The kept ones, (k,), come first.
         """
         ...
 

@@ -143,3 +143,18 @@ def _rigid(
     matrix = np.add.reduceat(np.einsum("vij,vik->vjk", arms, arms), starts)
     right = np.add.reduceat(np.einsum("vij,vi->vj", arms, field - mean[owner]), starts)
     return middle, mean, np.linalg.solve(matrix, right[..., None])[..., 0]
+
+
+def nearest_motions(model: Model, bodies: tuple[Any, ...]) -> tuple[FloatArray, FloatArray]:
+    """The rigid motions x = R X + t that come nearest to what blocks have done, (b, d, d), (b, d) [m].
+
+    Parameters
+    ----------
+    model : The structure of b blocks.
+    bodies : Body states, one a group.
+    """
+    count, d = len(model.assembly.blocks), model.assembly.dimension
+    rotation, translation = np.tile(np.eye(d), (count, 1, 1)), np.zeros((count, d))
+    for group, state in zip(model.groups, bodies, strict=True):
+        rotation[group.blocks], translation[group.blocks] = group.motion(state)
+    return rotation, translation

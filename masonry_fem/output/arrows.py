@@ -33,21 +33,23 @@ def reactions(contacts: Any) -> FloatArray:
     return np.where(towards[where, None] < 0, -force, force)
 
 
-def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
-    """Centre of pressure [m] and resultant [N] of the interfaces that carry any, shapes (i, 3).
+def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Centre of pressure [m], resultant and its friction [N] of the interfaces that carry any, shapes (i, 3).
 
-    Resultants of the reactions on the upper blocks.
+    Of the reactions on the upper blocks; friction is their part in the planes of contact.
     """
     force = np.asarray(contacts.point_data[fields.REACTION], float)
     normal = np.asarray(contacts.point_data[fields.NORMAL], float)
     _, where = np.unique(np.asarray(contacts.point_data[fields.INTERFACE]), return_inverse=True)
     pressure = np.maximum(np.einsum("ci,ci->c", force, normal), 0.0)
     total = np.bincount(where, pressure)
-    resultant = np.stack([np.bincount(where, f) for f in reactions(contacts).T], axis=1)
+    upper = reactions(contacts)
+    along = upper - np.einsum("ci,ci->c", upper, normal)[:, None] * normal
+    resultant, friction = (np.stack([np.bincount(where, f) for f in own.T], axis=1) for own in (upper, along))
     points = np.asarray(contacts.points, float)
     moment = np.stack([np.bincount(where, pressure * x) for x in points.T], axis=1)
     loaded = total > 1e-12 * total.max(initial=0.0)
-    return moment[loaded] / total[loaded, None], resultant[loaded]
+    return moment[loaded] / total[loaded, None], resultant[loaded], friction[loaded]
 
 
 def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: str, *, fine: bool) -> None:

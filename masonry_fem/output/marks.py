@@ -64,6 +64,21 @@ def discs(view: View, points: FloatArray, radius: float | FloatArray) -> Any:
     return polygons(points[:, None] + size[:, None, None] * rim)
 
 
+def rings(view: View, points: FloatArray, radius: float, width: float) -> Any:
+    """Rings about points.
+
+    Parameters
+    ----------
+    view : Direction of view.
+    points : Centres, shape (n, 3) [m].
+    radius : Of the middle of the line [m]. width : Of the line [m].
+    """
+    inner, outer = (discs(view, points, radius + side * width / 2).points for side in (-1, 1))
+    corners = [ring.reshape(len(points), CORNERS, 3) for ring in (inner, outer)]
+    following = [np.roll(ring, -1, axis=1) for ring in corners]
+    return polygons(np.stack([*corners, *following[::-1]], axis=2).reshape(-1, 4, 3))
+
+
 def polygons(corners: FloatArray) -> Any:
     """Polygons by their corners, shape (n, k, 3); points follow in this order."""
     import pyvista as pv  # noqa: PLC0415

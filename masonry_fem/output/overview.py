@@ -51,7 +51,7 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     top, limit, over = colour_end(mises)
     factor, prefix = prefix_of(limit)
     shape.surface["_mises"] = mises / factor
-    points, force = interface_resultants(scenery.contacts)
+    points, force, _ = interface_resultants(scenery.contacts)
     _, nearest = cKDTree(shape.surface.points).query(points)
     points = points + shape.factor * np.asarray(shape.surface.point_data[fields.DISPLACEMENT])[nearest]
     size = np.linalg.norm(force, axis=1)

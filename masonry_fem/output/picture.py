@@ -46,6 +46,8 @@ FloatArray = NDArray[np.float64]
 
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#7a4fa3"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
+SEEN = 1e-2  # of the greatest force: arrows that are shorter are not seen
+FRICTION = STATUS_COLOURS[SLIP]
 DISPLACEMENT_COLOURS = "YlGnBu"
 DAMAGE_COLOURS = "inferno_r"
 
@@ -181,17 +183,19 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
 
 
 def draw_resultants(scenery: Scenery, path: Path) -> Path:
-    """Resultant of each interface at its centre of pressure."""
-    points, force = interface_resultants(scenery.contacts)
+    """Resultant of each interface at its centre of pressure, and the friction in it."""
+    points, force, friction = interface_resultants(scenery.contacts)
     joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
     sheet = Sheet(
         title_of(scenery.title, "joint resultants"),
         f"Resultant of {joints} at its centre of pressure, on the upper block; displacements × 1; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
-    return _draw_arrows(
-        scenery, sheet, path, points, force, [(COMPRESSION, np.ones(len(force), bool))], [], 1.0
-    )
+    arrows, at = np.concatenate([force, friction]), np.concatenate([points, points])
+    of_friction = np.repeat([False, True], len(force))
+    parts = [(COMPRESSION, ~of_friction), (FRICTION, of_friction)]
+    keys = [Key("of it friction", FRICTION)] if _top(friction) > SEEN * _top(force) else []
+    return _draw_arrows(scenery, sheet, path, at, arrows, parts, keys, 1.0)
 
 
 def draw_damage(scenery: Scenery, path: Path) -> Path:

@@ -9,11 +9,14 @@ import numpy as np
 
 from masonry_fem.output import fields
 from masonry_fem.output.backdrop import title_of
+from masonry_fem.output.marks import rings
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery, element_edges_of, outline_of, surface_of
 from masonry_fem.output.sheet import HELD, LINE, ColourBar, Key, Sheet, colour_end
 
 MEASURE_COLOURS, ERROR_COLOURS, USED_COLOURS, BEYOND = "inferno_r", "magma_r", "YlOrRd", "#3b0764"
+ALIKE = 0.99  # of the greatest utilisation: as great
+RING, RING_LINE = 26.0, 4.0  # about the worst point: radius and breadth of its line [pixels]
 WHOLE = {"damage": 1.0}  # measures that end at a value of their own, and their colours with it
 
 
@@ -116,7 +119,7 @@ def draw_utilisation(scenery: Scenery, path: Path, amplification: float | None =
     limits = (0.0, max(limit, 1e-12))
     sheet = Sheet(
         title_of(scenery.title, "utilisation of the strength"),
-        f"{shape.caption()}; stress smoothed to the nodes, greatest there {top:.3g}"
+        f"{shape.caption()}; stress smoothed to the nodes, greatest there {top:.3g} (ringed, also if hidden)"
         + (f", colours end at {limit:.3g}" if over else ""),
     )
     sheet.bar = ColourBar("utilisation\nat nodes [-]", USED_COLOURS, limits, over)
@@ -127,7 +130,13 @@ def draw_utilisation(scenery: Scenery, path: Path, amplification: float | None =
     if np.isnan(used).any():
         sheet.keys.append(Key("rigid or of unknown strength", HELD))
     stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)
-    stage.surface(shape.deformed(), scalars=fields.UTILISATION, **options)
+    surface = shape.deformed()
+    stage.surface(surface, scalars=fields.UTILISATION, **options)
     stage.lines(shape.deformed_elements(), LINE, 0.9, opacity=0.3)
     stage.lines(shape.deformed_outline(), LINE, 1.6)
+    if np.isfinite(used).any():
+        points = np.asarray(surface.points, float)
+        alike = np.flatnonzero(used >= ALIKE * top)  # of mirror images the one in front
+        worst = alike[np.argmax(points[alike] @ stage.view.axes[2])]
+        stage.mark(rings(stage.view, points[[worst]], RING / stage.scale, RING_LINE / stage.scale), LINE)
     return sheet.save(path, stage)

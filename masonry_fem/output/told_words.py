@@ -60,7 +60,8 @@ def finer_elements(told: Mapping[str, Any]) -> str:
     told : What a summary says.
     """
     alone = not any(told.get(key) for key in ("stages", "combinations", "places"))
-    return "finer elements: keys of [mesh]" + (", or masonry-fem run with --refine-to 10%" if alone else "")
+    words = "finer elements, in [mesh] or in the file that brings them"
+    return words + (", or masonry-fem run with --refine-to 10%" if alone else "")
 
 
 def greatest_supports(supports: Mapping[str, Any], most: int = OF_A_STAGE) -> tuple[list[str], int]:

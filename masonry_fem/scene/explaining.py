@@ -26,6 +26,7 @@ from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import plain
 
 NAME = "NAME"
+TAGS = ("kind", "law")  # keys that choose a kind of table
 UNIT = re.compile(r" in (\S+)$")  # at the end of what a key expects
 
 
@@ -125,6 +126,8 @@ def explain(query: str) -> str:
     asked = tuple(part for part in query.strip("[]").split(".") if part and not part.isdecimal())
     keys = list(all_keys())
     parts = [*_meanings(keys, asked), *_meanings_of_kinds(keys, asked)]
+    if not parts and asked[1:] and asked[-1] in TAGS:
+        return explain(".".join(asked[:-1]))
     if not parts:
         known = [*{part for key in keys for part in (key.name, key.path[-1], *key.table)} - {NAME, ""}]
         raise MasonryError(

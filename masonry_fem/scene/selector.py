@@ -84,7 +84,7 @@ def nothing_selected(selector: str, names: Iterable[str], what: str, noun: str =
     some = listed(known[:SHOWN]) + (", ..." if len(known) > SHOWN else "")
     if not known and noun.startswith("face"):
         some = (
-            "none with a name: give faces names in their file (in gmsh physical groups of surfaces), select "
-            "the whole block, or lay it on a block that is a support"
+            "none with a name: give faces names in their file (in gmsh physical groups of surfaces); or hold "
+            "the whole block or one below it, and load points (loads.points)"
         )
     return f"{what} = '{selector}' selects no {noun}{near}; there are {some or 'none'}"

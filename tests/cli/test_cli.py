@@ -301,7 +301,7 @@ def test_help_loads_nothing_heavy():
 def test_the_program_ends_with_its_code_and_no_traceback(tmp_path):
     bad = tmp_path / "bad.toml"
     bad.write_text("dimension = 5\n")
-    command = [sys.executable, "-m", "masonry_fem.cli", "check", str(bad)]
+    command = [sys.executable, "-m", "masonry_fem", "check", str(bad)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == f"masonry-fem: {bad}: the scene lacks the key 'materials' (a table)\n"
@@ -310,7 +310,7 @@ def test_the_program_ends_with_its_code_and_no_traceback(tmp_path):
 @pytest.mark.parametrize("command", ["check", "info"])
 def test_a_reader_that_leaves_is_no_error(scene, command):
     """As in ``masonry-fem check ... | head -1``: no traceback, no crash report of PETSc."""
-    words = [sys.executable, "-m", "masonry_fem.cli", command, *([str(scene)] if command == "check" else [])]
+    words = [sys.executable, "-m", "masonry_fem", command, *([str(scene)] if command == "check" else [])]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         process.stdout.close()
         said = process.stderr.read()

@@ -50,7 +50,7 @@ output = { pictures = false, fields = false }
 )
 def test_any_encoding_and_width(settings, title, tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
-    line = [sys.executable, "-m", "masonry_fem.cli", "run", "scene.toml", "--out", "out"]
+    line = [sys.executable, "-m", "masonry_fem", "run", "scene.toml", "--out", "out"]
     encoding = settings.get("PYTHONIOENCODING", "ascii")
     done = subprocess.run(
         line, capture_output=True, encoding=encoding, check=False, timeout=120, cwd=tmp_path,

@@ -36,7 +36,7 @@ def command(tmp_path, repository):
         paths = os.pathsep.join([str(tmp_path), str(repository)])
         environment = os.environ | {"PYTHONPATH": paths}
         return subprocess.run(
-            [sys.executable, "-m", "masonry_fem.cli", *map(str, arguments)],
+            [sys.executable, "-m", "masonry_fem", *map(str, arguments)],
             capture_output=True,
             text=True,
             check=False,

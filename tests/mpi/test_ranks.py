@@ -15,7 +15,7 @@ from masonry_fem.host.ranks import COUNTS, Alone, join, team
 from tests.mpi.scenes import SCENES, SPLIT, scene
 
 HERE = Path(__file__).parent
-CLI = ("-m", "masonry_fem.cli")
+CLI = ("-m", "masonry_fem")
 TOGETHER = (str(HERE / "together.py"),)
 BESIDE = Path(sys.executable).parent / "mpiexec"  # that of the MPI that this Python's libraries have
 MPIEXEC = str(BESIDE) if BESIDE.exists() else shutil.which("mpiexec")

@@ -141,5 +141,8 @@ def test_items_are_counted():
 
     with heard(Listener()):
         assert list(counted("factors", ["a", "b"])) == ["a", "b"]
-    assert told == [("factors", 2), 1, 2, "end"]
+    assert told[:4] == [("factors", 2), 1, 2, "end"]
+    with heard(Listener()):
+        assert list(counted("frames", iter("abc"), 3)) == ["a", "b", "c"]
+    assert told[4:] == [("frames", 3), 1, 2, 3, "end"]
     assert list(counted("factors", ["a"])) == ["a"]

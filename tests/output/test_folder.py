@@ -174,7 +174,7 @@ def test_a_second_writer_is_refused_and_a_killed_one_blocks_nobody(holder):
 
 
 def command(*arguments, **keys):
-    line = [sys.executable, "-m", "masonry_fem.cli", *map(str, arguments)]
+    line = [sys.executable, "-m", "masonry_fem", *map(str, arguments)]
     return subprocess.run(line, capture_output=True, text=True, check=False, timeout=120, **keys)
 
 

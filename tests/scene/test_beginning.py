@@ -81,6 +81,8 @@ def test_every_key_is_explained_by_its_path():
         ("wall", "structures.wall: Wall of"),
         ("[design]", "material_factor: a number > 0; default 1.0\n    by which strengths"),
         ("analysis", "kinds: crossing, dynamics, equilibrium, path, statics"),
+        ("structures.kind", "kinds: arch, arch_bridge"),
+        ("materials.granite.inelastic.law", "kinds: brittle_damage"),
         ("output.stones", "stones.csv (docs/results.md#stonescsv)"),
     ],
 )

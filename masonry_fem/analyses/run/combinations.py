@@ -22,6 +22,7 @@ from masonry_fem.analyses.run.stages import GOOD, kept_part, told_above
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.host.atomic import write_table
+from masonry_fem.host.phases import counted
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
@@ -113,7 +114,8 @@ def run_combinations(
     ):
         write_checkpoint(out / CHECKPOINT, Checkpoint(text, "", None, {}, ()))
         save(moved(scene, base, out), out / "as_run.toml")
-        for number, (one, own) in enumerate(combination_scenes(scene), start=1):
+        each = counted("combinations", combination_scenes(scene), many)
+        for number, (one, own) in enumerate(each, start=1):
             done.take(one, own, last=number == many)
         result = done.result(scene)
         ended = Checkpoint(text, result.outcome, None, {}, ())

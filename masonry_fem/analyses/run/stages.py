@@ -20,6 +20,7 @@ import numpy as np
 from msgspec import structs
 
 from masonry_fem.host.atomic import write_records
+from masonry_fem.host.phases import counted
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
@@ -58,7 +59,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
     with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
         write_checkpoint(out / CHECKPOINT, Checkpoint(dumps(moved(scene, base, out)), "", None, {}, ()))
         with telling_end(out, scene.title, lambda: f"{len(told)} of {len(names)} stages are done"):
-            for stage, own in stage_scenes(scene):
+            for stage, own in counted("stages", stage_scenes(scene), len(names)):
                 after = predecessor(scene, stage)
                 kept, done = kept_part(out / stage.name) if goes_on else (None, False)
                 if done and stage is not scene.stages[-1]:  # the last one is run once more

@@ -27,6 +27,7 @@ from masonry_fem.build import Built, build
 from masonry_fem.build.going_on import gone_on
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError
+from masonry_fem.host.phases import phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, Seeing, march, seen_by
 from masonry_fem.march.model import Model
@@ -219,11 +220,16 @@ class _Job:
 
     def done(self) -> RunResult:
         """March to the end and write all of it."""
-        out, recorders = self.order.out, self.recorders
+        out = self.order.out
         save(moved(self.scene, self.order.base, out), out / "as_run.toml")
         self._open()
         result, kept = self._solved()
-        clock = Clock()
+        with phase("results"):
+            return self._told(result, kept)
+
+    def _told(self, result: RunResult, kept: list[tuple[Model, Increment]]) -> RunResult:
+        """The result with its files written."""
+        out, recorders, clock = self.order.out, self.recorders, Clock()
         draws = self.order.draws is None or self.order.draws(self.built, result.march)
         if not draws:
             recorders.undrawn()
@@ -278,10 +284,11 @@ class _Job:
             going_on=self.going_on,
             keeper=self.keeper,
         )  # fmt: skip
-        result = told(scene, built, made, self.limits)
-        self.figures = result.summary
-        result = answered(scene, self.order.base, result)
-        self.figures = result.summary
+        with phase("measures"):
+            result = told(scene, built, made, self.limits)
+            self.figures = result.summary
+            result = answered(scene, self.order.base, result)
+            self.figures = result.summary
         return result, kept
 
     def _saved_problem(self, kept: list[tuple[Model, Increment]]) -> list[Path]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
 from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.phases import counted
 from masonry_fem.output.viewing.recorded import Recorded
 
 POLYGON = 7  # VTK's number
@@ -44,7 +45,7 @@ def write(recorded: Recorded, place: int, path: Path) -> list[Path]:
         ET.SubElement(root, "Domain"), "Grid", Name="steps", GridType="Collection", CollectionType="Temporal"
     )
     topology, geometry = data.item(stream, "topology"), data.item(np.asarray(first.points, float), "points")
-    for number in range(place + 1):
+    for number in counted("steps", range(place + 1)):
         blocks = recorded.blocks(number)
         if blocks.n_points != first.n_points or blocks.n_cells != first.n_cells:
             raise SceneError(

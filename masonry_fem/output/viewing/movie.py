@@ -22,6 +22,7 @@ from masonry_fem.bodies.rotation import lever
 from masonry_fem.errors import OutputError, SceneError
 from masonry_fem.host import installation
 from masonry_fem.host.atomic import PART, announce, unwritten
+from masonry_fem.host.phases import counted
 from masonry_fem.output import fields
 from masonry_fem.output.backdrop import title_of
 from masonry_fem.output.mechanism_picture import PART_COLOURS
@@ -72,7 +73,7 @@ def write_movie(recorded: Recorded, path: Path, kind: str | None, look: Look) ->
     made = {"steps": _steps, "growth": _growth, "mechanism": _mechanism}[kind](recorded, look)
     count, frames = made
     rate = float(np.clip(count / LASTS, *RATES))
-    _written(path, lambda part: _encoded(part, frames, rate, SIZE[ending], ending))
+    _written(path, lambda part: _encoded(part, counted("frames", frames, count), rate, SIZE[ending], ending))
     return path
 
 

@@ -111,7 +111,7 @@ def test_tables_and_pictures_tell_of_all_runs(column: Path, capsys) -> None:
 @pytest.mark.slow
 def test_a_kill_loses_no_run(column: Path) -> None:
     records = [str(path) for path in sorted(column.parent.glob("pulse*.csv"))]
-    command = [sys.executable, "-m", "masonry_fem.cli", "study", str(column), "--records", *records, *ASKED]
+    command = [sys.executable, "-m", "masonry_fem", "study", str(column), "--records", *records, *ASKED]
     command += ["--quiet", "--workers", "1", "--out", str(column.parent / "out")]
     cells, kills = column.parent / "out" / "cells", 0
     kept: dict[Path, int] = {}

@@ -73,7 +73,7 @@ def test_cells_that_break_are_rows(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path, repository: Path) -> None:
     command = [
-        sys.executable, "-m", "masonry_fem.cli", "study", str(repository / "demos" / "low_wall.toml"),
+        sys.executable, "-m", "masonry_fem", "study", str(repository / "demos" / "low_wall.toml"),
         "--vary", "mesh.divisions=[1,1,1],[2,1,1],[16,8,8]", "--workers", "1", "--out", str(tmp_path),
     ]  # fmt: skip
     # a test runner in the background has the signal ignored

@@ -1,4 +1,4 @@
-"""``python -m masonry_fem.cli``."""
+"""``python -m masonry_fem``."""
 
 import sys
 

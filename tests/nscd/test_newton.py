@@ -159,10 +159,19 @@ def test_gaps_that_are_small_beside_what_bricks_close(courses, length, elements,
 
 @pytest.mark.parametrize(
     ("push", "friction", "gap", "beds", "most"),
-    [(0.0, 0.6, 1e-13, True, 20), (0.0, 0.6, 1e-12, True, 18), (0.2, 0.3, 1e-12, False, 50)],
+    [
+        (0.0, 0.6, 1e-13, True, 12),
+        (0.0, 0.6, 1e-12, True, 10),
+        (0.2, 0.3, 1e-13, False, 36),
+        (0.2, 0.3, 1e-12, False, 28),
+        (0.2, 0.3, 1e-11, False, 28),
+    ],
 )
 def test_impulses_round_loops_of_open_joints_are_let_go(monkeypatch, push, friction, gap, beds, most):
-    """Each round of two steps let go of a tenth of them: 34, 15 and 56 linear solves, the last in vain."""
+    """Each round of two steps let go of a tenth of them: 34 and 15 solves at rest, 56 in vain if pushed.
+
+    With α no less than 1e-5 to the end these take 17, 12, 69, 41 and 30.
+    """
     monkeypatch.setattr(walls, "GRAVITY", walls.GRAVITY + np.array([push * 9.81, 0.0, 0.0]))
     structure = walls.wall(courses=8, length=1.5, elements=(2, 1, 1))
     closed = structure.problem(friction)

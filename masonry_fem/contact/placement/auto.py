@@ -63,14 +63,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     ------
     GeometryError : Mesh facets do not cover a patch.
     """
-    meshed = [
-        not joint[0].degenerate and any(side.mesh is not None for side in joint[0].sides) for joint in joints
-    ]
-    spots = [
-        [] if own else [corners.points(one, rule) for one in joint]
-        for own, joint in zip(meshed, joints, strict=True)
-    ]
-    numbers = np.flatnonzero(meshed).tolist()
+    spots, numbers = corners.where_unmeshed(joints, rule)
     for rows, pieces in batches([joints[number] for number in numbers]):
         covers = pieces.covers if len(pieces.joints[0]) == 1 else None
         apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, covers)

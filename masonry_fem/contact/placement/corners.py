@@ -5,9 +5,12 @@ Rocking blocks turn about these points: ξ = 1 is the geometric edge, ξ < 1 a r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from masonry_fem.contact.clipping import polygon_area
+from masonry_fem.contact.placement.parts.cover import Joint
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.solid.pose import FloatArray
@@ -29,6 +32,24 @@ def points(patch: Patch, rule: Rule) -> Spots:
         centroid, area = _tributary(polygon)
     placed = centroid + rule.inset * (polygon - centroid)
     return Spots(patch, placed, area, patch.facets_at(placed))
+
+
+def where_unmeshed(joints: Sequence[Joint], rule: Rule) -> tuple[list[list[Spots]], list[int]]:
+    """The same patch by patch at joints without area or meshes, nothing at others, and numbers of these.
+
+    Parameters
+    ----------
+    joints : Each one patch or several. rule : As above.
+    """
+    spots: list[list[Spots]] = []
+    meshed = []
+    for number, joint in enumerate(joints):
+        if joint[0].degenerate or all(side.mesh is None for side in joint[0].sides):
+            spots.append([points(patch, rule) for patch in joint])
+        else:
+            spots.append([])
+            meshed.append(number)
+    return spots, meshed
 
 
 def _tributary(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:

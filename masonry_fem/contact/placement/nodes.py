@@ -60,28 +60,22 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     ------
     GeometryError : Neither side has a mesh, or mesh facets do not cover an interface.
     """
-    patches = [patch for joint in joints for patch in joint]
-    spots: list[Spots | None] = [None] * len(patches)
-    wide = []
-    for number, patch in enumerate(patches):
-        if patch.sides[0].mesh is None and patch.sides[1].mesh is None:
-            raise _unmeshed(patch)
-        if patch.degenerate:
-            spots[number] = corners.points(patch, Rule())
-        else:
-            wide.append(number)
-    for rows in alike([[patches[number]] for number in wide], [ORDER] * len(wide)):
-        own = [wide[row] for row in rows]
-        for placed in on_patches([patches[number] for number in own]):
-            for row, one in placed.spots(np.ones(len(own), dtype=bool)).items():
-                spots[own[row]] = one
-    found = iter(spots)
-    return [[one for _, one in zip(joint, found, strict=False) if one is not None] for joint in joints]
+    patches = [patch for (patch,) in joints]
+    for patch in patches:
+        _ask_for_mesh(patch)
+    spots, wide = corners.where_unmeshed(joints, Rule())
+    for rows in alike([joints[number] for number in wide], [ORDER] * len(wide)):
+        for placed in on_patches([patches[wide[row]] for row in rows]):
+            for row, one in placed.spots(np.ones(len(rows), dtype=bool)).items():
+                spots[wide[rows[row]]] = [one]
+    return spots
 
 
-def _unmeshed(patch: Patch) -> GeometryError:
+def _ask_for_mesh(patch: Patch) -> None:
+    if any(side.mesh is not None for side in patch.sides):
+        return
     names = "' and '".join(side.surface.name for side in patch.sides)
-    return GeometryError(
+    raise GeometryError(
         f"placement 'nodes' between blocks {patch.interface.blocks} (shapes '{names}'): "
         "neither has a mesh, expected at least one; make one elastic, or place by 'corners' or 'gauss'"
     )
@@ -427,41 +421,42 @@ def _shared(
     for f in range(len(rows)):
         for n in range(rows.shape[1]):
             area[rows[f, n] - start] += by_facet[f, n]
-    bears = within[start:end].copy()
-    beyond = np.empty(end - start, dtype=np.int64)
-    many = 0
-    for i in range(end - start):
-        if not bears[i] and area[i] > SMALLEST * whole:
-            bears[i] = True
-            beyond[many] = start + i
-            many += 1
+    bears = within[start:end] | (area > SMALLEST * whole)
+    beyond = start + np.flatnonzero(bears & ~within[start:end])
     lost, most = np.zeros(len(rows)), 0.0
     for f in range(len(rows)):
         for n in range(rows.shape[1]):
             if not bears[rows[f, n] - start]:
                 lost[f] += by_facet[f, n]
         most = max(most, abs(lost[f]))
-    for i in range(end - start):
-        if not bears[i]:
-            area[i] = 0.0
+    area *= bears
     if most > LOST * whole:
         for f in range(len(rows)):
-            if lost[f] == 0:
-                continue
-            takers = 0
-            for n in range(rows.shape[1]):
-                takers += bears[rows[f, n] - start]
-            for n in range(rows.shape[1]):
-                if bears[rows[f, n] - start]:
-                    area[rows[f, n] - start] += lost[f] / takers
-            if takers == 0:
-                best, nearest = np.inf, -1
-                for i in range(end - start):
-                    away = np.sqrt(((own[start + i] - middle[f]) ** 2).sum())
-                    if bears[i] and away < best:
-                        best, nearest = away, i
-                area[nearest] += lost[f]
-    return area, beyond[:many]
+            if lost[f] != 0:
+                _hand_on(lost[f], rows[f] - start, bears, own[start:end], middle[f], area)
+    return area, beyond
+
+
+@compiled
+def _hand_on(
+    lost: float, nodes: IntArray, bears: np.ndarray, own: FloatArray, middle: FloatArray, area: FloatArray
+) -> None:
+    """Give what a facet's nodes lose to those of them that bear, else to the nearest node that does.
+
+    Parameters
+    ----------
+    lost : The area [m²; m in 2D]. nodes : Of the facet, shape (n,).
+    bears, own, area : Whether nodes of the patch bear, where they are, and their areas, changed in place.
+    middle : Of the facet, shape (d,) [m].
+    """
+    takers = bears[nodes].sum()
+    for i in nodes:
+        if bears[i]:
+            area[i] += lost / takers
+    if takers == 0:
+        bearing = np.flatnonzero(bears)
+        nearest, _ = _nearest(own[bearing], 0, len(bearing), middle)
+        area[bearing[nearest]] += lost
 
 
 @compiled

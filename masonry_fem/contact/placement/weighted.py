@@ -85,14 +85,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     ------
     GeometryError : Mesh facets do not cover a patch.
     """
-    meshed = [
-        not joint[0].degenerate and any(side.mesh is not None for side in joint[0].sides) for joint in joints
-    ]
-    spots = [
-        [] if own else [corners.points(one, Rule()) for one in joint]
-        for own, joint in zip(meshed, joints, strict=True)
-    ]
-    numbers = np.flatnonzero(meshed).tolist()
+    spots, numbers = corners.where_unmeshed(joints, Rule())
     for rows, pieces in batches([joints[number] for number in numbers]):
         found = on_pieces(pieces, np.ones(len(rows), dtype=bool))
         for row, one in found.items():

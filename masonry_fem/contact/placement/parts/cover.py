@@ -65,18 +65,23 @@ class Cover:
         facets_from = _starts([len(one.facets) for one in faces])
         nodes_from = _starts([len(one.nodes) for one in faces])
         of = np.repeat(np.arange(len(joints)), np.diff(nodes_from))
-        own = np.concatenate([one.points for one in faces])
+        facet, rows, node, carrier, own = (
+            np.concatenate(parts)
+            for parts in zip(
+                *((one.facets, one.rows, one.nodes, one.carrier, one.points) for one in faces), strict=True
+            )
+        )
         rotation = np.array([side.pose.rotation for side in sides])
         translation = np.array([side.pose.translation for side in sides])
         first = np.repeat(nodes_from[:-1], np.diff(facets_from))
         return cls(
             kind=mesh.facet,
-            facet=np.concatenate([one.facets for one in faces]),
-            rows=np.concatenate([one.rows for one in faces]) + first[:, None],
+            facet=facet,
+            rows=rows + first[:, None],
             facets_from=facets_from,
             of_patch=_of_patches(joints, number, facets_from[:-1]),
-            node=np.concatenate([one.nodes for one in faces]),
-            carrier=np.concatenate([one.carrier for one in faces]) + facets_from[of],
+            node=node,
+            carrier=carrier + facets_from[of],
             nodes_from=nodes_from,
             own=own,
             world=np.einsum("nij,nj->ni", rotation[of], own) + translation[of],

@@ -44,16 +44,15 @@ FloatArray = NDArray[np.float64]
 # a part of no more than so many of all contacts.
 LEFT = (0.1, 0.3, 0.6)
 MOST = 0.5
-# Error that is wanted of a part relative to that of the whole, the least and greatest; what is good enough,
-# and steps from there on. Steps of the whole are dear: a wall of 100×100 takes 10, but 24 with parts no
-# finer than 1e-6.
-SHARE, FINEST, COARSEST = 1e-2, 1e-7, 1e-5
-ENOUGH, FURTHER = 0.1, 20
-# Least errors that are wanted, and good enough, over that at which the whole ends, where that is less.
-FINER, LEAST = 10.0, 100.0
+# Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,
+# and the least over that at which the whole ends.
+SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
+# The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on.
+ENOUGH, LEAST, FURTHER = 0.1, 0.5, 20
 # Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
 FEW = 1_500
 _NO_TIME = 1e-9  # a limit that is over [s]
+_SMALLEST = 1e-9  # share of the impulses that a part is taken to have
 
 
 class Settling:
@@ -95,12 +94,9 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        aim = Aim(
-            self.held,
-            wanted=float(np.clip(SHARE * error, min(FINEST, FINER * wanted), COARSEST)),
-            enough=float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * wanted), ENOUGH)),
-            seconds=None if until is None else max(until - monotonic(), _NO_TIME),
-        )
+        size = float(np.linalg.norm(impulse)) or 1.0
+        seconds = None if until is None else max(until - monotonic(), _NO_TIME)
+        aim = Aim(self.held, size, error, wanted, seconds)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
         for group, found in zip(groups, _rested(groups, aim), strict=True):
@@ -117,14 +113,23 @@ class Aim:
     Attributes
     ----------
     held : The method, which holds slip back.
-    wanted, enough : Error that is wanted, and the one that will do.
+    size : Norm of the impulses of the whole.
+    error, least : Error of the whole, and the one at which it ends.
     seconds : In which all of them have to end; None: no limit.
     """
 
     held: ProximalNewton
-    wanted: float
-    enough: float
+    size: float
+    error: float
+    least: float
     seconds: float | None
+
+    def errors(self, part: Part) -> tuple[float, float]:
+        """Error that is wanted of a part, and the one that will do: of a small part the whole sees little."""
+        share = max(float(np.linalg.norm(part.impulse)) / self.size, _SMALLEST)
+        error, least = self.error / share, self.least / share
+        wanted = np.clip(SHARE * error, min(FINEST, FINER * least), COARSEST)
+        return float(wanted), float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * least), ENOUGH))
 
 
 class Rested(NamedTuple):
@@ -188,11 +193,12 @@ def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
     impulse, rigid_velocity, settled, solves = group.impulse.copy(), group.rigid_velocity.copy(), False, 0
     for chosen in group.clusters():
         cluster = Part.of(group.problem, chosen, impulse, rigid_velocity)
+        wanted, enough = aim.errors(cluster)
         left = None if until is None else max(until - monotonic(), _NO_TIME)
-        rest = _Rest(cluster, aim, SolverSettings(tolerance=aim.wanted, time_limit=left))
+        rest = _Rest(cluster, aim.held, SolverSettings(tolerance=wanted, time_limit=left), enough)
         found = rest.best()
         solves += rest.linear_solves
-        if found.quality.error <= aim.enough:
+        if found.quality.error <= enough:
             impulse[cluster.contacts], settled = found.impulse, True
             rigid_velocity[cluster.bodies] = found.rigid_velocity
     return Rested(impulse, rigid_velocity, settled, solves)
@@ -203,35 +209,36 @@ class _Rest:
 
     Parameters
     ----------
-    part : With the state that it is in. aim : What is asked of it. settings : With what is wanted.
+    part : With the state that it is in. held : The method. settings : With what is wanted.
+    enough : Error that will do.
     """
 
-    def __init__(self, part: Part, aim: Aim, settings: SolverSettings) -> None:
-        self.part, self.aim, self.settings = part, aim, settings
+    def __init__(self, part: Part, held: ProximalNewton, settings: SolverSettings, enough: float) -> None:
+        self.part, self.held, self.settings, self.enough = part, held, settings, enough
         self.linear_solves = 0
 
     def best(self) -> Solution:
         """Its best state: first one that is good enough, then a few steps towards what is wanted."""
-        found = self._enough(replace(self.settings, tolerance=self.aim.enough))
+        found = self._enough(replace(self.settings, tolerance=self.enough))
         if found.converged and found.quality.error > self.settings.tolerance:
-            held = replace(self.aim.held, iterations=FURTHER)
+            held = replace(self.held, iterations=FURTHER)
             found = _better(found, self._solved(held, self.settings, _ahead(found)))
         return found
 
     def _enough(self, settings: SolverSettings) -> Solution:
         """Its best state: with slip held; else, of a small one, from inside the cones."""
-        found = self._solved(self.aim.held, settings, self.part.start)
+        found = self._solved(self.held, settings, self.part.start)
         if found.converged or found.outcome is Outcome.TIME_LIMIT or self.part.problem.count > FEW:
             return found
         return _better(found, self._from_inside(settings))
 
     def _from_inside(self, settings: SolverSettings) -> Solution:
         """Its state by the interior point, and polished."""
-        method = InteriorPoint(align=0.0, library=self.aim.held.library)
+        method = InteriorPoint(align=0.0, library=self.held.library)
         inside = self._solved(method, replace(settings, tolerance=COARSEST))
         if inside.quality.error <= settings.tolerance:
             return inside
-        return _better(inside, self._solved(self.aim.held, settings, _ahead(inside)))
+        return _better(inside, self._solved(self.held, settings, _ahead(inside)))
 
     def _solved(
         self, method: ProximalNewton | InteriorPoint, settings: SolverSettings, start: Start | None = None

@@ -92,10 +92,11 @@ def load(result: RunResult) -> float:
 def pairs(records: list[logging.LogRecord]) -> FloatArray:
     """Residuals that rounds of all steps were told to leave, each beside that of the next, shape (k, 2).
 
-    From 2e-5 on: there the 2e-6 of elastic stiffness in the tangent leave less than the square does.
+    From 2e-5 on: there the 2e-6 of elastic stiffness in the tangent leave less than the square does. Up to
+    0.05: beyond, it still changes what flows and what slides.
     """
     told = [record.args[1::3] for record in records if "stresses leave" in record.msg]
-    found = [(a, b) for (i, a), (j, b) in pairwise(told) if j == i + 1 and 2e-5 < a < 0.1 and b < a]
+    found = [(a, b) for (i, a), (j, b) in pairwise(told) if j == i + 1 and 2e-5 < a < 0.05 and b < a]
     assert len(found) >= 4
     return np.array(found)
 

@@ -1,10 +1,14 @@
 """Parts of a problem by themselves, and bodies that come to rest so."""
 
+import pickle
+from unittest.mock import MagicMock
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.host.ranks import Leader
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
@@ -234,3 +238,35 @@ def test_a_part_is_solved_on_one_rank() -> None:
     part = Part.of(problem, chosen, np.zeros_like(problem.free_velocity), problem.rigid_velocity)
     assert part.problem.structure is not None
     assert part.problem.structure.alone
+
+
+class Two(Leader):
+    """Two ranks in one process, to which shares go as they go to others."""
+
+    def __init__(self) -> None:
+        self.size = 2
+        self.loads: list[list[int]] = []
+
+    def call(self, work, shares):
+        member = MagicMock(together=lambda local: local())
+        self.loads.append([sum(group.problem.count for group in groups) for groups, _ in shares])
+        return [work(member, pickle.loads(pickle.dumps(share))) for share in shares]
+
+
+def test_ranks_share_what_comes_to_rest_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, _ = boards(9)
+    start = sliding(problem)
+    monkeypatch.setattr(settling, "MOST", 1.0)
+    parts = NewtonRun(problem, ProximalNewton(), start).settling
+    given = (np.ones_like(problem.free_velocity), start.impulse, start.rigid_velocity, 1.0, 1e-8)
+    alone = parts.settle(*given)
+    ranks = Two()
+    monkeypatch.setattr(settling, "team", lambda: ranks)
+    shared = parts.settle(*given)
+    assert alone is not None
+    assert shared is not None
+    for one, other in zip(alone, shared, strict=True):
+        np.testing.assert_array_equal(one, other)
+    ((first, second),) = ranks.loads
+    assert first + second == problem.count
+    assert abs(first - second) <= problem.count / 9

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from masonry_fem.nscd.compliance import only
-from masonry_fem.nscd.problem import COHESION, ContactProblem
+from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import Start
 from masonry_fem.nscd.structure import Structure
 
@@ -91,19 +90,14 @@ class Part:
         number = np.full(whole.body_count + 1, -1)  # the last is no body
         number[bodies] = np.arange(len(bodies))
         sides = number[whole.bodies[contacts]]
-        cohesion = {name: getattr(whole, name) for name in COHESION}
         problem = replace(
-            whole,
-            friction=whole.friction[contacts],
-            free_velocity=whole.free_velocity[contacts],
-            compliance=only(whole.compliance, contacts),
+            whole.only(contacts),
             bodies=sides,
             rigid_map=np.where((sides >= 0)[:, :, None, None], whole.rigid_map[contacts], 0.0),
             rigid_mass=whole.rigid_mass[bodies],
             rigid_impulse=whole.rigid_impulse[bodies],
             rigid_velocity=whole.rigid_velocity[bodies],
             structure=Structure(alone=True),
-            **{name: None if values is None else values[contacts] for name, values in cohesion.items()},
         )
         return Part(
             problem,

@@ -52,7 +52,6 @@ ENOUGH, LEAST, FURTHER = 0.1, 0.5, 20
 # Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
 FEW = 1_500
 _NO_TIME = 1e-9  # a limit that is over [s]
-_SMALLEST = 1e-9  # share of the impulses that a part is taken to have
 
 
 class Settling:
@@ -126,7 +125,7 @@ class Aim:
 
     def errors(self, part: Part) -> tuple[float, float]:
         """Error that is wanted of a part, and the one that will do: of a small part the whole sees little."""
-        share = max(float(np.linalg.norm(part.impulse)) / self.size, _SMALLEST)
+        share = float(np.linalg.norm(part.impulse)) / self.size or 1.0
         error, least = self.error / share, self.least / share
         wanted = np.clip(SHARE * error, min(FINEST, FINER * least), COARSEST)
         return float(wanted), float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * least), ENOUGH))

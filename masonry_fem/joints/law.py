@@ -158,7 +158,7 @@ class Law(ABC):
         """Cohesive reaction r_adh at the state's own jump [N], shape (c, d)."""
 
     def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        """The part of r_adh that grows from 0 with the jump [N], shape (c, d): all of it but of rigid laws."""
+        """The part of r_adh that grows with the jump [N], shape (c, d): all of it but for rigid laws."""
         return self.adhesive_reaction(state, area)
 
     @abstractmethod

@@ -267,7 +267,7 @@ def _borne(patches: Sequence[Patch], planes: Planes, cover: Cover) -> FloatArray
     ranges = cover.of_patch, np.full((len(patches), 2), -1)
     order = ORDER if cover.kind in LINEAR else ORDER - 1
     rules = rules_of(2 if cover.kind == "triangle" else 4, order)
-    patch, at, weight, rows = gauss_planes(planes, facets, ranges, rules)
+    patch, at, weight, rows = gauss_planes(planes, facets, ranges, rules, False)
     weight = weight * covering(patches, patch, weight)[patch]
     kind, facet, n = KINDS[cover.kind], rows[:, 0], cover.rows.shape[1]
     nodes = planes.flat(cover.world[cover.rows], cover.of_facet)

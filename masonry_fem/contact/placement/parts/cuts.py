@@ -17,7 +17,11 @@ from masonry_fem.solid.pose import FloatArray
 
 
 def gauss_planes(
-    planes: Planes, facets: Sequence[FloatArray], ranges: Sequence[IntArray], rules: Rules
+    planes: Planes,
+    facets: Sequence[FloatArray],
+    ranges: Sequence[IntArray],
+    rules: Rules,
+    quadrilaterals: bool,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """Gauss points of the common parts of many polygons and the facets of both sides.
 
@@ -28,6 +32,7 @@ def gauss_planes(
     ranges : First facet of each polygon and the one after its last, shape (k, 2) each; −1 where the side has
         none and the polygon is one facet.
     rules : Points and weights on [-1, 1], and on a triangle.
+    quadrilaterals : Whether Gauss points will do on those that are no parallelograms.
 
     Returns
     -------
@@ -37,7 +42,7 @@ def gauss_planes(
     if polygon.shape[2] == 1:
         return gauss_lines(polygon, planes.origin, basis[:, 0], facets, ranges, len(rules[0][0]))
     return _many_areas(  # type: ignore[no-any-return]
-        polygon, planes.count, planes.origin, basis, *facets, *ranges, *rules[0], *rules[1], 1
+        polygon, planes.count, planes.origin, basis, *facets, *ranges, *rules[0], *rules[1], 1, quadrilaterals
     )
 
 
@@ -56,6 +61,7 @@ def _many_areas(
     barycentric: FloatArray,
     weight: FloatArray,
     density: int,
+    quadrilaterals: bool,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """The compiled loop over polygons."""
     room, total = 64, 0
@@ -71,7 +77,9 @@ def _many_areas(
             one = own.copy().reshape(1, len(own), 2)
         if second < 0:
             two = own.copy().reshape(1, len(own), 2)
-        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, density)
+        points, weights, of = on_polygon(
+            own, one, two, gauss, gauss_weight, barycentric, weight, density, quadrilaterals
+        )
         after = total + len(points)
         if after > room:
             more = max(after, 2 * room) - total

@@ -104,7 +104,7 @@ class Pieces:
             strict=True,
         )
         rules = gauss_rule(order), triangle_rule(order)
-        patch, at, weight, facets = gauss_planes(planes, corners, ranges, rules)
+        patch, at, weight, facets = gauss_planes(planes, corners, ranges, rules, True)
         key = np.column_stack([patch, facets])
         starts = np.append(True, (key[1:] != key[:-1]).any(axis=1))
         first = np.flatnonzero(starts)

@@ -11,7 +11,8 @@ from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface, height, local_frames
 from masonry_fem.contact.placement import names, on_round_faces, points_of, together_of
-from masonry_fem.contact.placement.parts.patch import Patch, shapes
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.planes import shapes
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.contact.update import picked

@@ -1,6 +1,7 @@
 """Weighted contacts: consistent forces and exact moments on both sides of any two meshes."""
 
 from dataclasses import replace
+from itertools import product
 from math import factorial
 
 import numpy as np
@@ -309,13 +310,16 @@ def test_contacts_of_both_kinds_are_chosen_and_joined():
 
 @pytest.mark.parametrize("order", [2, 3, 5, 9])
 def test_gauss_points_of_an_order_integrate_its_polynomials(order):
-    """x^i y^j over a triangle and a parallelogram, i + j = 2 order − 2."""
-    for polygon, exact in (
-        (np.array([[0.0, 0], [1, 0], [0, 1]]), beta),
-        (np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]]), lambda i, j: 1 / ((i + 1) * (j + 1))),
-    ):
-        rules = *gauss_rule(order), *triangle_rule(order)
-        points, weight, _ = on_polygon(polygon, polygon[None], polygon[None], *rules, 1)
+    """x^i y^j over a triangle, a parallelogram and a trapezium, i + j = 2 order − 2."""
+    shapes = (
+        (np.array([[0.0, 0], [1, 0], [0, 1]]), 1, beta),
+        (np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]]), 1, lambda i, j: 1 / ((i + 1) * (j + 1))),
+        (np.array([[1.0, 0], [2, 0], [0, 2], [0, 1]]), 2, lambda i, j: (2 ** (i + j + 2) - 1) * beta(i, j)),
+    )
+    rules = *gauss_rule(order), *triangle_rule(order)
+    for (polygon, triangles, exact), quadrilaterals in product(shapes, (False, True)):
+        points, weight, _ = on_polygon(polygon, polygon[None], polygon[None], *rules, 1, quadrilaterals)
+        assert len(points) == (1 if quadrilaterals else triangles) * order**2
         for i in range(2 * order - 1):
             j = 2 * order - 2 - i
             assert weight @ (points[:, 0] ** i * points[:, 1] ** j) == pytest.approx(exact(i, j), rel=1e-12)

@@ -66,7 +66,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     spots, numbers = corners.where_unmeshed(joints, rule)
     for rows, pieces in batches([joints[number] for number in numbers]):
         covers = pieces.covers if len(pieces.joints[0]) == 1 else None
-        apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, covers)
+        apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, pieces.planes, covers)
         error = misplaced(placed, pieces)
         inexact = ~apart & (error > MISPLACED)
         nested = inexact & _nested(pieces, inexact)
@@ -122,7 +122,7 @@ def _nested(pieces: Pieces, asked: np.ndarray, *, alike: bool = False) -> np.nda
         places.append(cover.world[within])
         first.append(np.concatenate([[0], np.cumsum(within)])[cover.nodes_from])
     size = np.zeros(len(asked))
-    np.maximum.at(size, pieces.joint, np.ptp(pieces.polygon, axis=1).max(axis=1))
+    np.maximum.at(size, pieces.joint, pieces.planes.size)
     return _among(*places, *first, SAME * size, alike)  # type: ignore[no-any-return]
 
 

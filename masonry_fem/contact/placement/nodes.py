@@ -17,9 +17,10 @@ from masonry_fem.contact.interpolation import KINDS, weights_on
 from masonry_fem.contact.placement import corners
 from masonry_fem.contact.placement.parts.cover import Cover, Joint
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
-from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, exchanged_all, padded
+from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, exchanged_all
 from masonry_fem.contact.placement.parts.pieces import LINEAR, alike, covering
-from masonry_fem.contact.placement.parts.quadrature import gauss_lines, rules_of
+from masonry_fem.contact.placement.parts.planes import Planes
+from masonry_fem.contact.placement.parts.quadrature import rules_of
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.errors import GeometryError
 from masonry_fem.host.compiled import compiled
@@ -65,7 +66,8 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
         _ask_for_mesh(patch)
     spots, wide = corners.where_unmeshed(joints, Rule())
     for rows in alike([joints[number] for number in wide], [ORDER] * len(wide)):
-        for placed in on_patches([patches[wide[row]] for row in rows]):
+        own = [patches[wide[row]] for row in rows]
+        for placed in on_patches(own, Planes.of(own)):
             for row, one in placed.spots(np.ones(len(rows), dtype=bool)).items():
                 spots[wide[rows[row]]] = [one]
     return spots
@@ -90,6 +92,7 @@ class Placed:
     numbers : Of the patches among those that were asked for, shape (k,).
     patches : These, with sides exchanged where the finer mesh is that of the antagonist.
     exchanged : Whether they are.
+    planes : Of the patches.
     covers : Facets of both sides; None without a mesh.
     first : First point of each patch and, last, c; shape (k + 1,).
     at : Where points are in the planes, shape (c, d - 1) [m].
@@ -100,6 +103,7 @@ class Placed:
     numbers: IntArray
     patches: Sequence[Patch]
     exchanged: bool
+    planes: Planes
     covers: Sequence[Cover | None]
     first: IntArray
     at: FloatArray
@@ -116,12 +120,7 @@ class Placed:
         cover = self.covers[side]
         assert cover is not None
         rows = cover.rows[self.facets[:, side]]
-        flat = _flat(
-            self.patches,
-            cover.world[rows].reshape(-1, cover.world.shape[1]),
-            np.repeat(self.patch, rows.shape[1]),
-        )
-        nodes = flat.reshape(*rows.shape, -1)
+        nodes = self.planes.flat(cover.world[rows], self.patch)
         return rows, weights_on(KINDS[cover.kind], nodes, np.arange(len(rows)), self.at)
 
     def spots(self, wanted: np.ndarray) -> dict[int, Spots]:
@@ -147,20 +146,23 @@ class Placed:
         }
 
 
-def on_patches(patches: Sequence[Patch], covers: Sequence[Cover | None] | None = None) -> list[Placed]:
+def on_patches(
+    patches: Sequence[Patch], planes: Planes, covers: Sequence[Cover | None] | None = None
+) -> list[Placed]:
     """Points at the nodes of the finer side, or at the corners where no node lies in a polygon.
 
     Parameters
     ----------
     patches : Of some area, with meshes that have facets of one kind on candidates, and on antagonists.
+    planes : Theirs.
     covers : Facets of both sides of these patches, each a joint of its own, where they are known.
     """
     covers = _covers(patches) if covers is None else covers
     counts, spacing = np.zeros((2, len(patches)), dtype=np.int64), np.full((2, len(patches)), np.inf)
     for side, cover in enumerate(covers):
         if cover is not None:
-            counts[side] = np.add.reduceat(_within(patches, cover), cover.nodes_from[:-1], dtype=np.int64)
-            spacing[side] = np.where(counts[side] > 0, _spacing(patches, side, cover), np.inf)
+            counts[side] = np.add.reduceat(_within(planes, cover), cover.nodes_from[:-1], dtype=np.int64)
+            spacing[side] = np.where(counts[side] > 0, _spacing(cover), np.inf)
     finer = spacing[1] < spacing[0] * (1 - 1e-9)
     some = counts.max(axis=0) > 0
     found = []
@@ -169,11 +171,12 @@ def on_patches(patches: Sequence[Patch], covers: Sequence[Cover | None] | None =
         if len(rows):
             own = [patches[row] for row in rows.tolist()]
             own = exchanged_all(own) if exchanged else own
+            there = Planes.of(own) if exchanged else planes.only(rows)
             whole = not exchanged and len(rows) == len(patches)
-            found.append(_at_nodes(rows, own, exchanged, covers if whole else _covers(own)))
+            found.append(_at_nodes(rows, own, exchanged, there, covers if whole else _covers(own)))
     if not some.all():  # meshes too coarse for these overlaps
         rows = np.flatnonzero(~some)
-        found.append(_at_corners(rows, [patches[row] for row in rows.tolist()]))
+        found.append(_at_corners(rows, [patches[row] for row in rows.tolist()], planes.only(rows)))
     return found
 
 
@@ -182,40 +185,17 @@ def _covers(patches: Sequence[Patch]) -> list[Cover | None]:
     return [Cover.of(joints, side) if patches[0].sides[side].mesh else None for side in (0, 1)]
 
 
-def _flat(patches: Sequence[Patch], world: FloatArray, of: IntArray) -> FloatArray:
-    """Coordinates in the planes of patches, shape (n, d - 1) [m].
-
-    Parameters
-    ----------
-    patches : The patches. world : World coordinates, shape (n, d) [m]. of : Patch of each, shape (n,).
-    """
-    origin = np.array([patch.origin for patch in patches])
-    across = np.array([patch.frame[1:] for patch in patches])
-    found: FloatArray = np.einsum("nd,npd->np", world - origin[of], across[of])
-    return found
-
-
-def _spacing(patches: Sequence[Patch], side: int, cover: Cover) -> FloatArray:
+def _spacing(cover: Cover) -> FloatArray:
     """Mean area of one side's faces that a node stands for, shape (k,)."""
-    area = [
-        own.surface.areas[own.surface.face == own.face].sum()
-        for own in (patch.sides[side] for patch in patches)
-    ]
-    spacing: FloatArray = np.array(area) / np.diff(cover.nodes_from)
+    area = np.add.reduceat(cover.areas(np.arange(len(cover.facet))), cover.facets_from[:-1])
+    spacing: FloatArray = area / np.diff(cover.nodes_from)
     return spacing
 
 
-def _within(patches: Sequence[Patch], cover: Cover) -> np.ndarray:
+def _within(planes: Planes, cover: Cover) -> np.ndarray:
     """Which nodes of one side lie in the polygons or on their boundaries, shape (n,)."""
-    polygon, count = padded(patches)
-    least = -TOLERANCE * _sizes(polygon)
-    return _held(polygon, count, least, cover.nodes_from, _flat(patches, cover.world, cover.joint))  # type: ignore[no-any-return]
-
-
-def _sizes(polygon: FloatArray) -> FloatArray:
-    """Largest extents of padded polygons, shape (k,) [m]."""
-    size: FloatArray = np.ptp(polygon, axis=1).max(axis=1)
-    return size
+    at = planes.flat(cover.world, cover.joint)
+    return _held(planes.polygon, planes.count, -TOLERANCE * planes.size, cover.nodes_from, at)  # type: ignore[no-any-return]
 
 
 @compiled
@@ -231,92 +211,83 @@ def _held(
     return held
 
 
-def _at_corners(numbers: IntArray, patches: Sequence[Patch]) -> Placed:
+def _at_corners(numbers: IntArray, patches: Sequence[Patch], planes: Planes) -> Placed:
     """Points at the corners of polygons."""
     spots = [corners.points(patch, Rule()) for patch in patches]
     first = np.concatenate([[0], np.cumsum([len(one.area) for one in spots])])
     at = np.concatenate([one.points for one in spots])
     covers = _covers(patches)
-    facets = [_carriers(patches, side, cover, first, at) for side, cover in enumerate(covers)]
+    facets = [_carriers(planes, side, cover, first, at) for side, cover in enumerate(covers)]
     area = np.concatenate([one.area for one in spots])
-    return Placed(numbers, patches, False, covers, first, at, area, np.stack(facets, axis=1))
+    return Placed(numbers, patches, False, planes, covers, first, at, area, np.stack(facets, axis=1))
 
 
 def _at_nodes(
-    numbers: IntArray, patches: Sequence[Patch], exchanged: bool, covers: Sequence[Cover | None]
+    numbers: IntArray,
+    patches: Sequence[Patch],
+    exchanged: bool,
+    planes: Planes,
+    covers: Sequence[Cover | None],
 ) -> Placed:
     """Points at the nodes of the candidates.
 
     Parameters
     ----------
-    numbers, patches, exchanged, covers : As of ``Placed``.
+    numbers, patches, exchanged, planes, covers : As of ``Placed``.
     """
     own = covers[0]
     assert own is not None
-    polygon, count = padded(patches)
-    by_facet = _borne(patches, own)
+    by_facet = _borne(patches, planes, own)
     middle = own.own[own.vertices].mean(axis=1)
     at, area, node, first = _spread(
-        polygon,
-        count,
+        planes.polygon,
+        planes.count,
         np.array([patch.interface.area for patch in patches]),
-        _sizes(polygon),
-        NEAR * _spacing(patches, 0, own) ** (1 / polygon.shape[2]),
+        planes.size,
+        NEAR * _spacing(own) ** (1 / planes.polygon.shape[2]),
         own.nodes_from,
         own.facets_from,
         own.rows,
-        _flat(patches, own.world, own.joint),
+        planes.flat(own.world, own.joint),
         own.own,
         middle,
-        _within(patches, own),
+        _within(planes, own),
         by_facet,
     )
     facets = np.stack(
-        [_carriers(patches, side, cover, first, at) for side, cover in enumerate(covers)], axis=1
+        [_carriers(planes, side, cover, first, at) for side, cover in enumerate(covers)], axis=1
     )
     facets[node >= 0, 0] = own.carrier[node[node >= 0]]
-    return Placed(numbers, patches, exchanged, covers, first, at, area, facets)
+    return Placed(numbers, patches, exchanged, planes, covers, first, at, area, facets)
 
 
-def _borne(patches: Sequence[Patch], cover: Cover) -> FloatArray:
+def _borne(patches: Sequence[Patch], planes: Planes, cover: Cover) -> FloatArray:
     """∫ N over the polygons for each node of each facet of the candidates, shape (f, n) [m²; m in 2D]."""
-    polygon, count = padded(patches)
-    origin = np.array([patch.origin for patch in patches])
-    across = np.array([patch.frame[1:] for patch in patches])
-    facets = cover.world[cover.vertices], np.empty((0, 2, origin.shape[1]))
+    facets = cover.world[cover.vertices], np.empty((0, 2, cover.world.shape[1]))
     ranges = cover.of_patch, np.full((len(patches), 2), -1)
     order = ORDER if cover.kind in LINEAR else ORDER - 1
-    if polygon.shape[2] == 1:
-        made = gauss_lines(polygon, origin, across[:, 0], facets, ranges, order)
-    else:
-        rules = rules_of(2 if cover.kind == "triangle" else 4, order)
-        made = gauss_planes(polygon, count, origin, across, facets, ranges, rules)
-    patch, at, weight, rows = made
+    rules = rules_of(2 if cover.kind == "triangle" else 4, order)
+    patch, at, weight, rows = gauss_planes(planes, facets, ranges, rules, False)
     weight = weight * covering(patches, patch, weight)[patch]
     kind, facet, n = KINDS[cover.kind], rows[:, 0], cover.rows.shape[1]
-    of = np.repeat(np.arange(len(patches)), np.diff(cover.facets_from) * n)
-    nodes = _flat(patches, cover.world[cover.rows.ravel()], of).reshape(len(cover.rows), n, -1)
+    nodes = planes.flat(cover.world[cover.rows], cover.of_facet)
     share = weight[:, None] * weights_on(kind, nodes, facet, at)
     place = facet[:, None] * n + np.arange(n)
     return np.bincount(place.ravel(), share.ravel(), cover.rows.size).reshape(cover.rows.shape)
 
 
-def _carriers(
-    patches: Sequence[Patch], side: int, cover: Cover | None, first: IntArray, at: FloatArray
-) -> IntArray:
+def _carriers(planes: Planes, side: int, cover: Cover | None, first: IntArray, at: FloatArray) -> IntArray:
     """Facets of one side that carry points, rows of its cover, −1 without a mesh, shape (c,).
 
     Parameters
     ----------
-    patches : The patches. side : Which side. cover : Its facets.
+    planes : Of the patches. side : Which side. cover : Its facets.
     first : First point of each patch and, last, c; shape (k + 1,).
     at : Where points are in the planes, shape (c, d - 1) [m].
     """
     if cover is None:
         return np.full(len(at), -1)
-    rows = cover.vertices
-    of = np.repeat(np.arange(len(patches)), np.diff(cover.facets_from) * rows.shape[1])
-    flat = _flat(patches, cover.world[rows.ravel()], of).reshape(*rows.shape, -1)
+    flat = planes.flat(cover.world[cover.vertices], cover.of_facet)
     # a candidate's facets look against the normal
     facets = np.ascontiguousarray(flat[:, ::-1] if side == 0 else flat)
     return _located(facets, cover.facets_from, np.ascontiguousarray(at), first)  # type: ignore[no-any-return]

@@ -183,7 +183,7 @@ def _rounds(
     pieces: Pieces, mean: Callable[[FloatArray], FloatArray], contact: IntArray, share: FloatArray
 ) -> Callable[[int, int, int, int], Round]:
     """Where contacts on round faces are, from means over their parts: of a range, first patch and joint."""
-    normal = mean(pieces.frame[pieces.patch, 0])
+    normal = mean(pieces.planes.frame[pieces.patch, 0])
     frame = local_frames(normal / np.linalg.norm(normal, axis=1)[:, None])
     at = np.stack([mean(pieces.on_side(side)) for side in (0, 1)], axis=1)
     bulge = pieces.bulge(0) + pieces.bulge(1)
@@ -243,7 +243,7 @@ def _places(pieces: Pieces, side: int, facets: IntArray, start: IntArray) -> tup
     places[outside] = rim
     moved = places[vertices]
     patch = pieces.on[start]
-    spanned = _spanned(pieces.flat(moved, patch)) * np.sign(_spanned(pieces.flat(own, patch)))
+    spanned = _spanned(pieces.planes.flat(moved, patch)) * np.sign(_spanned(pieces.planes.flat(own, patch)))
     convex = spanned.min(axis=1) > SHAPELY * spanned.max(axis=1)
     return own, np.where(convex[:, None, None], moved, own)
 

@@ -79,7 +79,7 @@ class Cover:
             facet=facet,
             rows=rows + first[:, None],
             facets_from=facets_from,
-            of_patch=_of_patches(joints, number, facets_from[:-1]),
+            of_patch=_of_patches(joints, number, facets_from),
             node=node,
             carrier=carrier + facets_from[of],
             nodes_from=nodes_from,
@@ -96,6 +96,11 @@ class Cover:
     def joint(self) -> IntArray:
         """The joint of each node, shape (n,)."""
         return np.repeat(np.arange(len(self.nodes_from) - 1), np.diff(self.nodes_from))
+
+    @property
+    def of_facet(self) -> IntArray:
+        """The joint of each facet, shape (f,)."""
+        return np.repeat(np.arange(len(self.facets_from) - 1), np.diff(self.facets_from))
 
     def areas(self, facets: IntArray) -> FloatArray:
         """Areas of some of the facets (rows), shape (m,) [m²; m in 2D]."""
@@ -130,10 +135,13 @@ def _of_patches(joints: Sequence[Joint], number: int, start: IntArray) -> IntArr
 
     Parameters
     ----------
-    joints : Of the patches. number : Of the side. start : First facet of each joint, shape (J,).
+    joints : Of the patches. number : Of the side.
+    start : First facet of each joint and, last, all; shape (J + 1,).
     """
+    if len(joints[0]) == 1:  # and so have the others
+        return np.column_stack([start[:-1], start[1:]])
     ranges: list[tuple[int, int]] = []
-    for joint, first in zip(joints, start.tolist(), strict=True):
+    for joint, first in zip(joints, start[:-1].tolist(), strict=True):
         meshes = joint[0].sides[number].surface.face_meshes
         place, at = {}, first
         for face in _numbers(joint, number):

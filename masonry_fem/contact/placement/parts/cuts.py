@@ -9,37 +9,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from masonry_fem.contact.placement.parts.quadrature import Rules, on_polygon
+from masonry_fem.contact.placement.parts.planes import Planes
+from masonry_fem.contact.placement.parts.quadrature import Rules, gauss_lines, on_polygon
 from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 
 def gauss_planes(
-    polygon: FloatArray,
-    count: IntArray,
-    origin: FloatArray,
-    basis: FloatArray,
+    planes: Planes,
     facets: Sequence[FloatArray],
     ranges: Sequence[IntArray],
     rules: Rules,
+    quadrilaterals: bool,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
-    """Gauss points of the common parts of many polygons and the facets of both sides (3D).
+    """Gauss points of the common parts of many polygons and the facets of both sides.
 
     Parameters
     ----------
-    polygon, count : Corners in the planes, padded, shape (k, n, 2) [m], and how many are real, shape (k,).
-    origin, basis : Origins, shape (k, 3) [m], and unit vectors of the planes, shape (k, 2, 3).
-    facets : World coordinates of the facets of candidate and antagonist, shape (f, v, 3) each [m].
+    planes : With the polygons.
+    facets : World coordinates of the facets of candidate and antagonist, shape (f, v, d) each [m].
     ranges : First facet of each polygon and the one after its last, shape (k, 2) each; −1 where the side has
         none and the polygon is one facet.
     rules : Points and weights on [-1, 1], and on a triangle.
+    quadrilaterals : Whether Gauss points will do on those that are no parallelograms.
 
     Returns
     -------
-    Polygon (q,), place in its plane (q, 2), weight (q,) and facets of both sides (q, 2) of the points.
+    Polygon (q,), place in its plane (q, d - 1), weight (q,) and facets of both sides (q, 2) of the points.
     """
-    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *rules[0], *rules[1], 1)  # type: ignore[no-any-return]
+    polygon, basis = planes.polygon, planes.frame[:, 1:]
+    if polygon.shape[2] == 1:
+        return gauss_lines(polygon, planes.origin, basis[:, 0], facets, ranges, len(rules[0][0]))
+    return _many_areas(  # type: ignore[no-any-return]
+        polygon, planes.count, planes.origin, basis, *facets, *ranges, *rules[0], *rules[1], 1, quadrilaterals
+    )
 
 
 @compiled
@@ -57,6 +61,7 @@ def _many_areas(
     barycentric: FloatArray,
     weight: FloatArray,
     density: int,
+    quadrilaterals: bool,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """The compiled loop over polygons."""
     room, total = 64, 0
@@ -72,7 +77,9 @@ def _many_areas(
             one = own.copy().reshape(1, len(own), 2)
         if second < 0:
             two = own.copy().reshape(1, len(own), 2)
-        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, density)
+        points, weights, of = on_polygon(
+            own, one, two, gauss, gauss_weight, barycentric, weight, density, quadrilaterals
+        )
         after = total + len(points)
         if after > room:
             more = max(after, 2 * room) - total

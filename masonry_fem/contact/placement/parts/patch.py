@@ -17,7 +17,6 @@ from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose
 
-ROUNDING = 1e-12  # of its size: patches that differ by less are congruent
 TOLERANCE = 1e-6  # of the patch's size: how far outside a node still is on its edge
 
 
@@ -146,41 +145,4 @@ def exchanged_all(patches: Sequence[Patch]) -> list[Patch]:
             polygon=(patch.interface.polygon[::-1] - patch.origin) @ frame[1:].T,
         )
         for patch, frame in zip(patches, frames, strict=True)
-    ]
-
-
-def padded(patches: Sequence[Patch]) -> tuple[FloatArray, IntArray]:
-    """Polygons of patches, padded with their last corners, (k, n, d - 1) [m], and how many are real, (k,)."""
-    count = np.array([len(patch.polygon) for patch in patches])
-    corners = np.concatenate([patch.polygon for patch in patches])
-    last = np.cumsum(count)[:, None]
-    return corners[np.minimum(last - count[:, None] + np.arange(count.max()), last - 1)], count
-
-
-def shapes(patches: Sequence[Patch]) -> list[tuple[object, ...]]:
-    """What congruent patches have in common, to rounding: faces, and how they lie on each other."""
-    if not patches:
-        return []
-    polygon, count = padded(patches)
-    size = np.ptp(polygon, axis=1).max(axis=1)
-    size = np.where(size > 0, size, 1.0)[:, None]
-    origin = np.array([patch.origin for patch in patches])
-    across = np.array([patch.frame[1:] for patch in patches])
-    numbers = [polygon.reshape(len(patches), -1) / size]
-    for side in (0, 1):
-        poses = [patch.sides[side].pose for patch in patches]
-        rotation = np.array([pose.rotation for pose in poses])
-        away = np.array([pose.translation for pose in poses]) - origin
-        numbers.append((across @ rotation).reshape(len(patches), -1))
-        numbers.append(np.einsum("kpd,kd->kp", across, away) / size)
-    digits = np.rint(np.concatenate(numbers, axis=1) / ROUNDING) + 0.0  # no −0
-    return [
-        (
-            *((id(side.surface), side.face) for side in patch.sides),
-            patch.interface.label,
-            patch.interface.area == 0,
-            corners,
-            row.tobytes(),
-        )
-        for patch, corners, row in zip(patches, count.tolist(), digits, strict=True)
     ]

@@ -20,8 +20,9 @@ from masonry_fem.contact.contacts import height
 from masonry_fem.contact.interpolation import KINDS, weights_on
 from masonry_fem.contact.placement.parts.cover import Cover, Joint
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
-from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, padded
-from masonry_fem.contact.placement.parts.quadrature import gauss_lines, gauss_rule, triangle_rule
+from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch
+from masonry_fem.contact.placement.parts.planes import Planes
+from masonry_fem.contact.placement.parts.quadrature import gauss_rule, triangle_rule
 from masonry_fem.contact.smooth import curvatures
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.mesh import IntArray
@@ -54,8 +55,7 @@ class Pieces:
     patches : Their patches, joint by joint.
     joint : Joint of each patch, shape (k,).
     covers : Facets of candidates and antagonists there; None on a side without meshes.
-    frame, origin : Of the planes of the patches, shapes (k, d, d) and (k, d).
-    polygon : Their corners in these planes, padded with the last, shape (k, n, d - 1) [m].
+    planes : Of the patches.
     patch : Patch of each point, shape (q,).
     at : The points in its plane, shape (q, d - 1) [m].
     weight : Their weights, which sum to the areas of the patches, shape (q,).
@@ -70,9 +70,7 @@ class Pieces:
     patches: Sequence[Patch]
     joint: IntArray
     covers: tuple[Cover | None, Cover | None]
-    frame: FloatArray
-    origin: FloatArray
-    polygon: FloatArray
+    planes: Planes
     patch: IntArray
     at: FloatArray
     weight: FloatArray
@@ -96,23 +94,17 @@ class Pieces:
         GeometryError : Mesh facets do not cover a patch.
         """
         patches = [patch for joint in joints for patch in joint]
-        frame = np.array([patch.frame for patch in patches])
-        origin = np.array([patch.origin for patch in patches])
-        polygon, count = padded(patches)
+        planes = Planes.of(patches)
         one, other = (
             Cover.of(joints, side) if joints[0][0].sides[side].mesh is not None else None for side in (0, 1)
         )
-        none = np.empty((0, 2, frame.shape[1])), np.full((len(patches), 2), -1)
+        none = np.empty((0, 2, planes.origin.shape[1])), np.full((len(patches), 2), -1)
         corners, ranges = zip(
             *(none if own is None else (own.world[own.vertices], own.of_patch) for own in (one, other)),
             strict=True,
         )
-        if polygon.shape[2] == 1:
-            made = gauss_lines(polygon, origin, frame[:, 1], corners, ranges, order)
-        else:
-            rules = gauss_rule(order), triangle_rule(order)
-            made = gauss_planes(polygon, count, origin, frame[:, 1:], corners, ranges, rules)
-        patch, at, weight, facets = made
+        rules = gauss_rule(order), triangle_rule(order)
+        patch, at, weight, facets = gauss_planes(planes, corners, ranges, rules, True)
         key = np.column_stack([patch, facets])
         starts = np.append(True, (key[1:] != key[:-1]).any(axis=1))
         first = np.flatnonzero(starts)
@@ -121,9 +113,7 @@ class Pieces:
             patches=patches,
             joint=np.repeat(np.arange(len(joints)), [len(joint) for joint in joints]),
             covers=(one, other),
-            frame=frame,
-            origin=origin,
-            polygon=polygon,
+            planes=planes,
             patch=patch,
             at=at,
             weight=weight * covering(patches, patch, weight)[patch],
@@ -182,24 +172,11 @@ class Pieces:
         used[self.vertices(side)] = True
         return np.bincount(cover.joint[used], minlength=len(self.joints))
 
-    def flat(self, points: FloatArray, patch: IntArray) -> FloatArray:
-        """Coordinates in the planes of patches, shape (m, n, d - 1) [m].
-
-        Parameters
-        ----------
-        points : World coordinates, shape (m, n, d) [m].
-        patch : In the plane of which patch, shape (m,).
-        """
-        found: FloatArray = np.einsum(
-            "mnd,mpd->mnp", points - self.origin[patch, None], self.frame[patch, 1:]
-        )
-        return found
-
     def functions(self, side: int) -> FloatArray:
         """Shape functions of one side's facets at the points, shape (q, nodes of a facet)."""
         if side not in self.known:
             cover = self.cover(side)
-            nodes = self.flat(cover.world[cover.rows[self.facets[:, side]]], self.on)
+            nodes = self.planes.flat(cover.world[cover.rows[self.facets[:, side]]], self.on)
             self.known[side] = weights_on(KINDS[cover.kind], nodes, self.piece, self.at)
         return self.known[side]
 
@@ -213,7 +190,7 @@ class Pieces:
         """
         kind = self.cover(side).kind
         found: FloatArray = weights_on(
-            KINDS[LINEAR.get(kind, kind)], self.flat(vertices, self.on), self.piece, self.at
+            KINDS[LINEAR.get(kind, kind)], self.planes.flat(vertices, self.on), self.piece, self.at
         )
         return found
 
@@ -232,8 +209,10 @@ class Pieces:
             ]
         )
         outward = np.array([one.surface.normals[one.face] @ one.pose.rotation.T for one in own])
-        middle = self.origin[self.patch] + np.einsum("qp,qpd->qd", self.at, self.frame[self.patch, 1:])
-        normal = self.frame[self.patch, 0]
+        middle = self.planes.origin[self.patch] + np.einsum(
+            "qp,qpd->qd", self.at, self.planes.frame[self.patch, 1:]
+        )
+        normal = self.planes.frame[self.patch, 0]
         away = height(middle, normal, corner[self.patch], outward[self.patch])
         on_plane: FloatArray = middle + away[:, None] * normal
         return on_plane
@@ -265,7 +244,7 @@ class Pieces:
         kinds = {id(surface): surface for surface in surfaces}
         of = np.array([id(surface) for surface in surfaces])[self.joint[self.on]]
         facets = self.cover(side).facet[self.facets[:, side]]
-        d = self.frame.shape[1]
+        d = self.planes.origin.shape[1]
         turning = np.zeros((len(facets), d, d))
         for key, surface in kinds.items():
             own = np.flatnonzero(of == key)
@@ -288,19 +267,18 @@ class Pieces:
         nodes = self.cover(side).world
         key = np.unique(self.on[:, None] * len(nodes) + self.vertices(side))
         patch, node = key // len(nodes), key % len(nodes)
-        away = nodes[node] - self.origin[patch]
-        at = np.einsum("nd,npd->np", away, self.frame[patch, 1:])
-        height = np.einsum("nd,nd->n", away, self.frame[patch, 0])
-        polygon = self.polygon[patch]
+        away = nodes[node] - self.planes.origin[patch]
+        at = np.einsum("nd,npd->np", away, self.planes.frame[patch, 1:])
+        height = np.einsum("nd,nd->n", away, self.planes.frame[patch, 0])
+        polygon = self.planes.polygon[patch]
         nearest, far = _nearest(polygon, at)
-        size = np.ptp(polygon, axis=1).max(axis=1)
         inside = np.zeros(len(nodes), dtype=bool)
-        inside[node[far <= TOLERANCE * size]] = True
+        inside[node[far <= TOLERANCE * self.planes.size[patch]]] = True
         out = np.flatnonzero(~inside[node])
         out = out[np.lexsort([far[out], node[out]])]  # of each node the nearest patch first
         out = out[np.unique(node[out], return_index=True)[1]]
-        world = self.origin[patch[out]] + height[out, None] * self.frame[patch[out], 0]
-        return node[out], world + np.einsum("np,npd->nd", nearest[out], self.frame[patch[out], 1:])
+        world = self.planes.origin[patch[out]] + height[out, None] * self.planes.frame[patch[out], 0]
+        return node[out], world + np.einsum("np,npd->nd", nearest[out], self.planes.frame[patch[out], 1:])
 
 
 def batches(joints: Sequence[Joint]) -> Iterator[tuple[IntArray, Pieces]]:
@@ -358,8 +336,7 @@ def order_of(patches: Joint) -> int:
     meshed = [(number, side.mesh.facet) for number, side in enumerate(sides) if side.mesh]
     weights = max(DEGREE[LINEAR.get(kind, kind)] for _, kind in meshed)
     order = (weights + max(DEGREE[kind] for _, kind in meshed) + 3) // 2
-    faces = {(number, patch.sides[number].face) for number, _ in meshed for patch in patches}
-    varies = max(sides[number].surface.face_meshes[face].distortion for number, face in faces)
+    varies = max(patch.sides[number].facets.distortion for number, _ in meshed for patch in patches)
     if varies >= 1:
         return MOST
     if varies > ROUNDING:

@@ -1,7 +1,8 @@
 """Quadrature over the pieces that two meshes cut out of a polygon.
 
 A piece is the common part of the polygon and one facet of each side; there the shape functions of
-both sides are polynomials. Parallelograms get tensor-product Gauss points, other pieces a fan of triangles.
+both sides are polynomials. Parallelograms get tensor-product Gauss points, other pieces a fan of triangles,
+or of quadrilaterals where Gauss points are enough for their varying Jacobian, too.
 On affine facets, products of linear (line, triangle) or bilinear shape functions of both sides are integrated
 exactly; on quadratic facets, the consistent forces of a uniform pressure are.
 """
@@ -63,7 +64,7 @@ def quadrature(
             1:
         ]
     tensor, triangle = rules_of(degree, order)
-    return on_polygon(polygon, candidate, antagonist, *tensor, *triangle, density)  # type: ignore[no-any-return]
+    return on_polygon(polygon, candidate, antagonist, *tensor, *triangle, density, False)  # type: ignore[no-any-return]
 
 
 def rules_of(degree: int, order: int) -> Rules:
@@ -160,6 +161,7 @@ def on_polygon(
     barycentric: FloatArray,
     weight: FloatArray,
     density: int,
+    quadrilaterals: bool,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """The compiled loop of ``quadrature`` over the pieces of a polygon (3D).
 
@@ -169,6 +171,7 @@ def on_polygon(
     gauss, gauss_weight : Gauss points of [-1, 1] and their weights, which sum to 2, shape (g,) each.
     barycentric, weight : Points of a triangle, and weights that sum to 1, shapes (t, 3) and (t,).
     density : Subdivisions of each piece along its sides.
+    quadrilaterals : Whether Gauss points will do on those that are no parallelograms: half as many points.
 
     Returns
     -------
@@ -176,13 +179,13 @@ def on_polygon(
     """
     size = np.sqrt(polygon_area(polygon))
     pieces, corners, rows = _pieces(polygon, candidate, antagonist, 1e-9 * size)
-    each = max(len(gauss) ** 2, len(weight) * max(pieces.shape[1] - 2, 1)) * density * density
+    each = max(len(gauss) ** 2, len(weight)) * (pieces.shape[1] - 2) * density * density
     points, weights = np.empty((len(pieces) * each, 2)), np.empty(len(pieces) * each)
     owner = np.empty((len(pieces) * each, 2), dtype=np.int64)
     total = np.int64(0)  # a bare 0 has a type of its own, for which loops would be compiled once more
-    triangle = np.empty((3, 2))
-    for k in range(len(pieces)):
-        piece = pieces[k, : corners[k]]
+    part = np.empty((4, 2))
+    for number in range(len(pieces)):
+        piece = pieces[number, : corners[number]]
         before = total
         skew = 1.0
         if len(piece) == 4:
@@ -190,16 +193,18 @@ def on_polygon(
             for axis in range(2):
                 miss = piece[0, axis] - piece[1, axis] + piece[2, axis] - piece[3, axis]
                 skew = max(skew, abs(miss) / size)
-        if skew < 1e-9:
-            total = _on_parallelogram(piece, gauss, gauss_weight, density, points, weights, total)
-        else:
-            for i in range(1, len(piece) - 1):
-                for axis in range(2):
-                    triangle[0, axis] = piece[0, axis]
-                    triangle[1, axis], triangle[2, axis] = piece[i, axis], piece[i + 1, axis]
-                total = _on_triangle(triangle, barycentric, weight, density, points, weights, total)
+        step = 2 if quadrilaterals or skew < 1e-9 else 1
+        for i in range(1, len(piece) - 1, step):
+            for axis in range(2):
+                part[0, axis] = piece[0, axis]
+                for k in range(1, 4):
+                    part[k, axis] = piece[min(i + k - 1, len(piece) - 1), axis]
+            if step == 2 and i + 2 < len(piece):
+                total = _on_quadrilateral(part, gauss, gauss_weight, density, points, weights, total)
+            else:
+                total = _on_triangle(part[:3], barycentric, weight, density, points, weights, total)
         for i in range(before, total):
-            owner[i, 0], owner[i, 1] = rows[k, 0], rows[k, 1]
+            owner[i, 0], owner[i, 1] = rows[number, 0], rows[number, 1]
     return points[:total], weights[:total], owner[:total]
 
 
@@ -257,7 +262,7 @@ def _apart(first: FloatArray, second: FloatArray) -> bool:
 
 
 @compiled
-def _on_parallelogram(
+def _on_quadrilateral(
     piece: FloatArray,
     gauss: FloatArray,
     gauss_weight: FloatArray,
@@ -266,7 +271,8 @@ def _on_parallelogram(
     weights: FloatArray,
     total: int,
 ) -> int:
-    area = polygon_area(piece)
+    """Tensor-product Gauss points of a convex quadrilateral, mapped bilinearly."""
+    along, across = np.empty(2), np.empty(2)
     for row in range(density):
         for column in range(density):
             for j in range(len(gauss)):
@@ -274,8 +280,13 @@ def _on_parallelogram(
                     x = (column + 0.5 * (1 + gauss[i])) / density
                     y = (row + 0.5 * (1 + gauss[j])) / density
                     for axis in range(2):
-                        p = piece[0, axis]
-                        points[total, axis] = p + x * (piece[1, axis] - p) + y * (piece[3, axis] - p)
+                        a, b, c, d = piece[0, axis], piece[1, axis], piece[2, axis], piece[3, axis]
+                        points[total, axis] = a + x * (b - a) + y * (d - a) + x * y * (a - b + c - d)
+                        along[axis], across[axis] = (
+                            (1 - y) * (b - a) + y * (c - d),
+                            (1 - x) * (d - a) + x * (c - b),
+                        )
+                    area = along[0] * across[1] - along[1] * across[0]
                     weights[total] = 0.25 * area * gauss_weight[i] * gauss_weight[j] / density**2
                     total += 1
     return total

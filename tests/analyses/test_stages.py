@@ -269,3 +269,29 @@ def test_a_support_that_a_stage_leaves_out_is_told(tmp_path):
     assert told.sentence.startswith(
         "'left' was a support and is none now; supports of a stage take the place"
     )
+
+
+@pytest.mark.parametrize(
+    ("given", "told"), [("", 0), ('joints = [{}, { between = ["b[1-3]", "b[1-3]"] }],', 1)]
+)
+def test_a_joint_that_is_gone_with_its_blocks_is_no_slip_of_the_pen(given, told, tmp_path):
+    """Blocks in a row, of which the middle one goes: a rule of joints between them has none left."""
+    scene = f"""
+    dimension = 2
+    fidelity = "rigid"
+    materials.stone.density = 2400
+    loads.gravity = [0, -9.81]
+    output = {{ pictures = false, fields = false }}
+    structures = [
+        {{ kind = "block", name = "base", material = "stone", size = [3, 1], position = [0, -1] }},
+        {{ kind = "block", name = "b1", material = "stone", size = [1, 1] }},
+        {{ kind = "block", name = "b2", material = "stone", size = [1, 1], position = [1, 0] }},
+        {{ kind = "block", name = "b3", material = "stone", size = [1, 1], position = [2, 0] }},
+    ]
+    joints = [{{ friction = 0.6 }}, {{ between = ["b[1-3]", "b[1-3]"], friction = 0.8 }}]
+    supports = [{{ on = "base" }}]
+    stages = [{{ name = "built" }}, {{ name = "dug", {given} without = ["b2"] }}]
+    """
+    made = run(loads(scene), tmp_path)
+    assert made.outcome == "equilibrium"
+    assert [one.code for one in made.summary.remarks].count("idle_joint") == told

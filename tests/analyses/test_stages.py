@@ -314,3 +314,81 @@ def test_a_joint_that_is_gone_with_its_blocks_is_no_slip_of_the_pen(given, told,
     made = run(loads(scene), tmp_path)
     assert made.outcome == "equilibrium"
     assert [one.code for one in made.summary.remarks].count("idle_joint") == told
+
+
+DUG = """
+dimension = 2
+fidelity = "elastic"
+mesh = { element = "Q1", size = 0.25 }
+loads.gravity = [0.0, -9.81]
+materials.stone = { density = 2000.0, young = 1e9, poisson = 0.2 }
+output = { pictures = false, fields = false }
+joints = [{ friction = 0.6 }, { between = ["soil*", "soil*"], contact = "none" }]
+supports = [{ on = "soil*/bottom" }]
+structures = [
+  { kind = "block", name = "soil1", material = "stone", size = [1.0, 0.5] },
+  { kind = "block", name = "soil2", material = "stone", size = [1.0, 0.5], position = [1.0, 0.0] },
+  { kind = "block", name = "soil3", material = "stone", size = [1.0, 0.5], position = [2.0, 0.0] },
+  { kind = "block", name = "beam", material = "stone", size = [3.0, 0.5], position = [0.0, 0.5] },
+]
+stages = [
+  { name = "built" },
+  { name = "dug", without = ["soil2"], analysis = { kind = "statics", load_steps = 4 } },
+  { name = "removed", without = ["soil2", "soil3"], analysis = { kind = "statics", load_steps = 100 } },
+]
+"""
+
+
+def test_ground_that_is_dug_out_and_a_pier_that_is_taken_away(tmp_path):
+    """Both piers bear the half of the beam each; it falls once too little is left of what the one bore."""
+    made = run(loads(DUG), tmp_path)
+    assert [stage.outcome for stage in made.summary.stages] == ["equilibrium"] * 2 + ["no_equilibrium"]
+    dug = made.summary.stages[1].supports
+    for name in ("soil1/bottom", "soil3/bottom"):
+        assert dug[name].force[1] == pytest.approx(2000.0 * 9.81 * (0.5 + 0.75), rel=1e-9)
+    # about the left pier's edge the rest of the right one's push balances the beam's weight
+    pushed, across = 2000.0 * 9.81 * 0.75, dug["soil3/bottom"].force[0]
+    at = (dug["soil3/bottom"].moment[0] - 2000.0 * 9.81 * 0.5 * 2.5 + 0.5 * across) / pushed
+    falls = 1 - 2000.0 * 9.81 * 1.5 * 0.5 / (pushed * (at - 1.0))
+    assert falls < made.march.report.time < falls + 0.01
+
+
+DECAY = """
+dimension = 2
+fidelity = "inelastic"
+mesh = { element = "Q2", size = 0.25 }
+loads.gravity = [0.0, -9.81]
+output = { pictures = false, fields = false }
+structures = [{ kind = "block", name = "pier", material = "stone", size = [0.5, 2.0] }]
+supports = [{ on = "pier/bottom" }]
+probes = [{ name = "top", block = "pier", point = [0.25, 2.0] }]
+
+[materials.stone]
+density = 2000.0
+young = 1e9
+poisson = 0.0
+inelastic = { law = "mohr_coulomb", cohesion = 1e6, friction_angle = 0 }
+
+[[stages]]
+name = "sound"
+
+[[stages]]
+name = "soft"
+materials.stone = { density = 2000.0, young = 5e8, poisson = 0.0, inelastic = LAW }
+
+[[stages]]
+name = "rotten"
+materials.stone = { density = 2000.0, young = 5e8, poisson = 0.0, inelastic = WEAK }
+"""
+
+
+def test_stones_decay(tmp_path):
+    """With half of its modulus a pier sinks by twice as much; with less strength than its weight it goes."""
+    law = '{ law = "mohr_coulomb", cohesion = 1e6, friction_angle = 0 }'
+    text = DECAY.replace("LAW", law).replace("WEAK", law.replace("1e6", "1e4"))  # f_c 20 kPa, weight 39 kPa
+    made = run(loads(text), tmp_path)
+    assert [stage.outcome for stage in made.summary.stages[:2]] == ["equilibrium"] * 2
+    assert made.outcome == "no_convergence"
+    sunk = [float(row["probes.top_y"]) for row in rows(tmp_path / "history.csv")]
+    exact = -2000.0 * 9.81 * 2.0**2 / 2 / 1e9
+    assert sunk[:2] == pytest.approx([exact, 2 * exact], rel=1e-4)

@@ -202,7 +202,7 @@ def elastic_wall(
             solver=Solver(tolerance=tolerance),
             joints=(Joint(friction=friction),),
             loads=Loads(gravity=(push * G, 0.0, -G)),
-            large=True,  # what is foreseen for 200×200 is 48 GB
+            large=True,  # what is foreseen for 200×200 is 19 GB
         )
     )
 

@@ -1,6 +1,7 @@
 """Parts of a problem by themselves, and bodies that come to rest so."""
 
 import pickle
+from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import numpy as np
@@ -270,3 +271,25 @@ def test_ranks_share_what_comes_to_rest_by_itself(monkeypatch: pytest.MonkeyPatc
     ((first, second),) = ranks.loads
     assert first + second == problem.count
     assert abs(first - second) <= problem.count / 9
+
+
+@pytest.mark.parametrize(("left", "taken"), [(0.04, True), (0.06, False)])
+def test_what_is_far_better_than_before_is_taken(
+    monkeypatch: pytest.MonkeyPatch, left: float, taken: bool
+) -> None:
+    """Though it is not good enough, where a tenth of the error is left or less."""
+    problem, _ = boards(1)
+    start, (impulse, motion) = sliding(problem), rest(problem)
+    assert start.impulse is not None
+    assert start.rigid_velocity is not None
+    near = impulse * (1.0 - left)
+    quality = assess(problem, near, motion)
+    found = SimpleNamespace(impulse=near, rigid_velocity=motion, quality=quality, converged=False)
+    monkeypatch.setattr(settling, "MOST", 1.0)
+    monkeypatch.setattr(settling._Rest, "best", lambda _: found)
+    parts = NewtonRun(problem, ProximalNewton(), start).settling
+    given = np.ones_like(problem.free_velocity), start.impulse, start.rigid_velocity, 1e-6, 1e-8
+    settled = parts.settle(*given)
+    assert (settled is not None) is taken
+    if settled is not None:
+        np.testing.assert_array_equal(settled[0], near)

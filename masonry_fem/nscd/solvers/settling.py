@@ -33,6 +33,7 @@ from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ MOST = 0.5
 SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
 # The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on.
 ENOUGH, LEAST, FURTHER = 0.1, 0.5, 20
+# Of the error that a part had: what is taken where it does not come to what is good enough.
+BETTER = 0.1
 # Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
 FEW = 1_500
 _NO_TIME = 1e-9  # a limit that is over [s]
@@ -197,10 +200,15 @@ def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
         rest = _Rest(cluster, aim.held, SolverSettings(tolerance=wanted, time_limit=left), enough)
         found = rest.best()
         solves += rest.linear_solves
-        if found.quality.error <= enough:
+        if found.quality.error <= max(enough, BETTER * _error(cluster)):
             impulse[cluster.contacts], settled = found.impulse, True
             rigid_velocity[cluster.bodies] = found.rigid_velocity
     return Rested(impulse, rigid_velocity, settled, solves)
+
+
+def _error(part: Part) -> float:
+    """Of the state that a part was in."""
+    return assess(part.problem, part.impulse, part.rigid_velocity).error
 
 
 class _Rest:

@@ -257,9 +257,8 @@ def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
 
 def _clamped_otherwise(group: Any, there: Any) -> bool:
     """Whether blocks that deform have clamps now that they had not, or the reverse."""
-    if not group.deforms or not there.deforms or group.modal:
-        return False
-    return not np.array_equal(group.free_dofs, there.free_dofs)
+    both = group.deforms and there.deforms
+    return both and not np.array_equal(group.free_dofs, there.free_dofs)
 
 
 def _held_anew(group: Any, state: Any, rows: IntArray, there: Any, other: Any, others: IntArray) -> Any:

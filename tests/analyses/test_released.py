@@ -49,7 +49,8 @@ dimension = 2
 fidelity = "{fidelity}"
 mesh = {{ element = "Q2", divisions = [2, 4] }}
 loads.gravity = [0.0, -9.81]
-materials.stone = {{ density = 2000.0, young = 1e9, poisson = 0.2 }}
+materials.stone = {{ density = 2000.0, young = 1e9, poisson = 0.2, inelastic = {{ \
+law = "mohr_coulomb", cohesion = 1e7, friction_angle = 30 }} }}
 structures = [{{ kind = "stack", name = "pier", material = "stone", size = [1.0, 1.0], count = 2 }}]
 probes = [{{ name = "top", block = "pier.b2", point = [1.0, 2.0] }}]
 joints = [{{ friction = {friction} }}]
@@ -104,7 +105,12 @@ def test_a_history_in_which_faces_move_goes_on_with_the_same_bits(tmp_path, monk
 
 @pytest.mark.parametrize(
     ("fidelity", "held", "friction"),
-    [("rigid", "pier.b2", 0.0), ("elastic", "pier.b2", 0.0), ("elastic", "pier.b2/left", 5.0)],
+    [
+        ("rigid", "pier.b2", 0.0),
+        ("elastic", "pier.b2", 0.0),
+        ("elastic", "pier.b2/left", 5.0),
+        ("inelastic", "pier.b2/left", 5.0),
+    ],
 )
 def test_a_stone_that_is_let_go_comes_onto_what_is_below_it_evenly(fidelity, held, friction, tmp_path):
     """Held as a whole or by a face, and then by nothing: it ends as one that never was held."""

@@ -350,8 +350,9 @@ def shrink(source: Path, target: Path, widths: tuple[int, ...] = WIDTHS) -> int:
             picture.resize((width, height), Image.Resampling.LANCZOS).save(target, optimize=True)
             if target.stat().st_size <= HEAVY:
                 return target.stat().st_size
-    # the colours of a bar are few pixels each: by their number, as is usual, they would be merged
-    few = Image.open(target).quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    # The colours of a bar are few pixels each: by their number, as is usual, they would be merged. Each then
+    # goes to the mean of its pixels (k-means), else the greys of glass become pink and green.
+    few = Image.open(target).quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
     few.save(target, optimize=True)
     return target.stat().st_size
 

@@ -302,6 +302,8 @@ def _doubts(runs: _Search, static: _Search | None, tolerance: float) -> Iterator
 
 def _sentence(key: SweptKey, runs: _Search, static: _Search | None) -> str:
     words = [f"{key.key} {runs.words()}"]
+    if "both" in runs.outcome:
+        words.append("It changes nowhere between them: take ends further apart")
     if runs.mechanism is not None:
         words.append(f"There {runs.mechanism.sentence}")
     if static is not None:

@@ -124,6 +124,10 @@ class Assignment(Law):
         return self._gather(np.zeros(state.jump.shape), state, area, "adhesive_reaction")
 
     @override
+    def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self._gather(np.zeros(state.jump.shape), state, area, "spring_reaction")
+
+    @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         return self._gather(np.zeros(state.count), state, area, "stored")
 

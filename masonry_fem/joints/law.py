@@ -157,6 +157,10 @@ class Law(ABC):
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
         """Cohesive reaction r_adh at the state's own jump [N], shape (c, d)."""
 
+    def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        """The part of r_adh that grows with the jump [N], shape (c, d): all of it but for rigid laws."""
+        return self.adhesive_reaction(state, area)
+
     @abstractmethod
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         """Energy that the joint can give back [J], shape (c,)."""
@@ -180,6 +184,10 @@ class Layer(Law):
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
         return self.law.adhesive_reaction(state, area)
+
+    @override
+    def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self.law.spring_reaction(state, area)
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:

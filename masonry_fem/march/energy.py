@@ -153,7 +153,7 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
     pressed[made.contacts] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
     work = -(pressed * faces)
     raising = float((pressed[:, 0] * lift).sum()) / h
-    pulled = laws.adhesive_reaction(after, area) - laws.adhesive_reaction(before, area)
+    pulled = laws.spring_reaction(after, area) - laws.spring_reaction(before, area)
     pushed = made.impulse / h - made.before.reaction
     tied = model.contacts.tied  # also where no step has been made yet they may be taut
     pushed[tied, 0] = (made.impulse[:, 0] / h - borne_at_start(model, before))[tied]

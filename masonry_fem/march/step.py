@@ -149,7 +149,7 @@ def step(
     snap = snapped(rounds, first) if snaps else None
     if snap is not None:
         rounds, first = snap.rounds, snap.made
-    if not rounds.settled(first):
+    if _unbalanced(rounds, first):
         return replace(_ended(rounds, first, rounds.start), strayed=True)
     found = (
         turned(rounds, first)
@@ -191,6 +191,12 @@ def _first(rounds: Rounds) -> Round:
     return made
 
 
+def _unbalanced(rounds: Rounds, made: Round) -> bool:
+    """Whether stones that nothing lets fall are not in balance with their own stresses."""
+    falls = made.solution.outcome.moves and rounds.model.control is None
+    return not (falls or rounds.settled(made))
+
+
 def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     """The step, its impulses written at ``place``."""
     state, scheme, coupling = rounds.state, rounds.scheme, rounds.coupling
@@ -221,9 +227,7 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
         nodal = coupling.nodal_impulses(made.impulse, place.contact)
     rounds.clock.lap("step")
     forces = rounds.at(made.loading, place).forces
-    unsettled = None
-    if not rounds.settled(made):
-        unsettled = rounds.worst(made)
+    unsettled = rounds.worst(made) if _unbalanced(rounds, made) else None
     return Increment(
         state, after, made.problem, made.solution, made.active, made.impulse, forces, scheme,
         made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,

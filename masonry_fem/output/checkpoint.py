@@ -89,7 +89,7 @@ def read_checkpoint(folder: Path) -> Checkpoint:
                     "that version, or run the scene again"
                 )
             checkpoint = unpacked(told["tree"], [file[str(number)] for number in range(len(file.files) - 1)])
-    except FileNotFoundError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         raise CheckpointError(
             f"{folder} has no {CHECKPOINT}, expected the results folder of a run with "
             "output.checkpoint_steps or output.checkpoint_time"

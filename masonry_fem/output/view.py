@@ -74,9 +74,9 @@ def view(directory: str | Path, png: str | Path | None = None, wishes: Wishes | 
         logger.warning("%s", said)
     if wishes.png is not None:
         return _pictures(directory, wishes.png)
+    recorded = Recorded.of(directory)
     if wishes.gltf is None and wishes.movie is None:
         _require_screen(directory, wishes)
-    recorded = Recorded.of(directory)
     look, place = _look(recorded, wishes), recorded.number(wishes.step)
     made = []
     if wishes.gltf is not None:

@@ -56,7 +56,8 @@ def _tuple_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
 
 def _list_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
     if isinstance(kind.item_type, inspect.StructType | inspect.UnionType):
-        return ("one or more" if kind.min_length else "an array of") + " tables ([[...]])"
+        least = {0: "an array of", 1: "one or more"}.get(kind.min_length or 0, f"{kind.min_length} or more")
+        return f"{least} tables ([[...]])"
     item = expectation(kind.item_type)
     if is_vector(kind):
         return f"a list of {dimension or '2 or 3'} (the scene's dimension), each {item}"

@@ -53,6 +53,12 @@ def test_a_probe_that_a_smaller_stone_has_left_stops_no_search(pier: Path, tmp_p
     holds(found, 0.5 * 9.81)
 
 
+def test_ends_that_both_stand_are_to_be_taken_further_apart(pier: Path, tmp_path: Path) -> None:
+    found = threshold(pier, "joints.0.friction", (0.8, 0.9), out=tmp_path / "out")
+    assert found.summary.outcome == "stands at both ends"
+    assert "take ends further apart" in found.summary.message
+
+
 @pytest.mark.parametrize("ends", [(0.01, 0.9), (0.9, 0.01)])
 def test_either_end_may_be_the_one_that_stands(pier: Path, tmp_path: Path, ends: tuple[float, float]) -> None:
     """A block slides where μ is less than a/g; a push slides it where a is more than μ g."""

@@ -42,9 +42,11 @@ def test_what_does_not_fit_is_one_line(done, capsys):
     assert "Traceback" not in said
 
 
-def test_a_folder_without_a_checkpoint_is_told(tmp_path, capsys):
-    assert main(["resume", str(tmp_path)]) == 1
-    assert "has no checkpoint.npz" in capsys.readouterr().err
+@pytest.mark.parametrize("name", ["", "nowhere", "scene.toml"], ids=["folder", "nothing", "file"])
+def test_what_has_no_checkpoint_is_told(tmp_path, name, capsys):
+    (tmp_path / "scene.toml").touch()
+    assert main(["resume", str(tmp_path / name)]) == 1
+    assert "has no checkpoint.npz, expected the results folder of a run" in capsys.readouterr().err
 
 
 def test_an_interrupted_run_says_how_it_goes_on(tmp_path, capsys, monkeypatch):

@@ -10,6 +10,7 @@ import pytest
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.scene import specs
 from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.portal import PortalStructure
 from masonry_fem.structures.stack import StackStructure
 from tests.validation.scenes import G, solved
 
@@ -201,6 +202,22 @@ def test_the_way_of_the_faces_is_booked_once(keys, gap):
     assert result.summary.certificate.energy_balance < 1e-4
     assert told.friction_dissipation > 0.1 * told.external_work
     assert abs(told.impact_normal) <= (0.2 if gap else 1e-6) * told.external_work
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_what_brittle_joints_hold_and_lose_is_booked(fidelity: str) -> None:
+    """Of a portal whose cohesion holds some joints and breaks in others, within one step."""
+    portal = PortalStructure(
+        name="s", material="stone", span=2.0, thickness=0.4, voussoirs=7, pier_width=0.6, pier_height=1.5
+    )
+    result = brick(
+        fidelity=fidelity,
+        structures=(portal,),
+        joints=(specs.Joint(friction=0.6, law=specs.law_record("mohr_coulomb", cohesion=8e3)),),
+        analysis=specs.Dynamics(step=0.02, duration=0.02, theta=1.0),
+    )
+    assert result.summary.abrupt is not None
+    assert result.summary.certificate.energy_balance < 1e-8
 
 
 @pytest.mark.parametrize("steps", [1, 4])

@@ -9,8 +9,9 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from benchmarks.report_page import browser, clicked
+from benchmarks.report_page import browser, clicked, opened
 from masonry_fem.analyses.run import run
 from masonry_fem.cli import main
 from masonry_fem.errors import OutputError
@@ -160,6 +161,44 @@ def test_what_is_missing_is_left_out(arch, tmp_path):
     assert "canvas" not in {tag for tag, _ in page.elements}
 
 
+def test_what_is_rounding_is_told_as_zero(arch, tmp_path):
+    """Of the energy its terms are shown, and of the table of joints each column."""
+    _, out = arch
+    for name in ("summary.json", "as_run.toml", "interfaces.csv"):
+        shutil.copy(out / name, tmp_path)
+    rows = (out / "interfaces.csv").read_text(encoding="utf-8").splitlines()
+    place = rows[0].split(",").index("opening [m]")
+    cells = [row.split(",") for row in rows[1:]]
+    for number, row in enumerate(cells):
+        row[place] = "2e-3" if number == 0 else "3e-14"
+    (tmp_path / "interfaces.csv").write_text("\n".join([rows[0], *map(",".join, cells)]), encoding="utf-8")
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    summary["energy"] |= {"external_work": 5.0, "strain": 4.0, "kinetic": 4e-12}
+    summary["energy"] |= {"largest": 5.0, "unaccounted": 1.0}
+    (tmp_path / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    page = Page(write_report(tmp_path).read_text(encoding="utf-8"))
+    told = {attrs["data-value"] for tag, attrs in page.elements if tag == "td" and "data-value" in attrs}
+    assert "2.0" in told
+    assert "3e-11" not in told
+    assert "work of the loads 5" in page.text
+    assert "in none of these 1" in page.text
+    assert "in motion at the end" not in page.text
+
+
+def test_pictures_that_do_not_fit_are_packed_and_not_left_out(arch, tmp_path):
+    """Noise is what packs worst: two pictures of it take 12 MB, and less than 10 MB as WebP."""
+    _, out = arch
+    shutil.copy(out / "summary.json", tmp_path)
+    noise = np.random.default_rng(0).integers(0, 256, (1200, 1600, 3), dtype=np.uint8)
+    for name in ("overview.png", "cut_middle_von_mises.png"):
+        Image.fromarray(noise).save(tmp_path / name)
+    assert sum(path.stat().st_size for path in tmp_path.glob("*.png")) > LONGEST
+    text = write_report(tmp_path).read_text(encoding="utf-8")
+    assert len(text) < LONGEST
+    assert text.count("data:image/webp;base64,") == 2
+    assert "Left out" not in text
+
+
 def test_a_folder_without_a_summary_is_refused(tmp_path, capsys):
     assert main(["report", str(tmp_path)]) == 1
     assert "has no summary.json, expected the results folder of 'masonry-fem run'" in capsys.readouterr().err
@@ -302,3 +341,22 @@ def test_a_hundred_clicks_name_stones_and_make_no_error(arch):
     told = clicked(command, out / "report.html")
     assert told.errors == ()
     assert {f"arch.v{number:02}" for number in range(1, 8)} <= set(told.named)
+
+
+@pytest.mark.slow
+def test_a_click_on_a_row_shows_the_stone_in_the_model(arch):
+    command = browser()
+    if command is None:
+        pytest.skip("needs Chromium")
+    _, out = arch
+    click = r"""<script>setTimeout(() => {
+      const rows = [...document.querySelectorAll("#stones tbody tr")];
+      rows.find((row) => row.cells[0].textContent === "arch.v03").click();
+      const name = document.getElementById("picked").textContent.split("\n")[0];
+      const chosen = document.querySelectorAll("tr.chosen").length;
+      document.body.insertAdjacentHTML("beforeend", `<output id="row">${name} ${chosen}</output>`);
+    }, 500);</script></body>"""
+    text = (out / "report.html").read_text(encoding="utf-8").replace("</body>", click, 1)
+    page, log = opened(command, text)
+    assert "CONSOLE" not in log
+    assert '<output id="row">arch.v03 1</output>' in page

@@ -309,9 +309,12 @@ def test_the_command_writes_all_of_it(wall, tmp_path, capsys):
         assert said in capsys.readouterr().err
 
 
-def test_without_a_screen_it_says_what_to_do(wall, monkeypatch, caplog):
+def test_without_a_screen_it_says_what_to_do(wall, monkeypatch, caplog, tmp_path):
+    """A folder without results comes first: it cannot be shown anywhere."""
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr(module.sys, "platform", "linux")
+    with pytest.raises(SceneError, match="expected the results folder of a run"):
+        view(tmp_path)
     with caplog.at_level(logging.ERROR), pytest.raises(InstallationError, match="--browser"):
         view(wall)

@@ -8,7 +8,17 @@ import pytest
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, load, loads
-from masonry_fem.scene.specs import Joint, Loads, Material, Motion, Scene, Support, material_record
+from masonry_fem.scene.specs import (
+    Joint,
+    Loads,
+    Material,
+    Motion,
+    Scene,
+    Support,
+    Tie,
+    TiePoint,
+    material_record,
+)
 from masonry_fem.structures import kinds
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
@@ -332,6 +342,10 @@ def test_python_objects_are_checked_and_converted_like_files(arch):
             "scene: joints.0.friction is -2.0, expected a number >= 0, or 'no slip'",
         ),
         ({"structures": ()}, "scene: structures is [], expected one or more tables ([[structures]])"),
+        (
+            {"ties": (Tie(name="bar", points=(TiePoint(block="b"),), young=190e9, diameter=0.03),)},
+            "scene: ties.bar.points is [a table], expected 2 or more tables ([[ties.0.points]])",
+        ),
         ({"fidelity": "elastik"}, "scene: fidelity is 'elastik', expected one of 'auto', 'elastic', "
                                   "'inelastic', 'reduced', 'rigid'; did you mean 'elastic'?"),
         (

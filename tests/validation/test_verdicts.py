@@ -360,3 +360,33 @@ def test_an_elastic_arch_whose_joints_open_widely_at_once_finds_its_rest() -> No
         )
         assert result.outcome == "equilibrium"
         assert result.summary.supports["a.springing_left"].force[0] == pytest.approx(thrust, rel=1e-3)
+
+
+HANGING = """
+dimension = 2
+fidelity = "{fidelity}"
+mesh = {{ element = "Q1", divisions = [2, 2] }}
+without = ["s.b3"]
+joints = [{{ friction = 0.6 }}]
+loads = {{ gravity = [0, -9.81] }}
+analysis = {{ kind = "statics", load_steps = {steps} }}
+[materials.stone]
+density = 2400
+young = 10e9
+inelastic = {{ law = "drucker_prager", cohesion = 5e6, friction_angle = 30 }}
+[[structures]]
+kind = "stack"
+name = "s"
+material = "stone"
+size = [0.4, 0.6]
+count = 4
+"""
+
+
+@pytest.mark.parametrize("steps", [1, 3])
+@pytest.mark.parametrize("fidelity", ["rigid", "reduced", "elastic", "inelastic", "auto"])
+def test_a_stone_that_nothing_holds_falls_whatever_it_is_made_of(fidelity: str, steps: int) -> None:
+    """Its stresses are not in balance either, which is no reason to look for smaller loads."""
+    result = solve_scene(loads(HANGING.format(fidelity=fidelity, steps=steps)))
+    assert result.outcome == "no_equilibrium", result.message
+    assert [(each.block, each.how) for each in result.summary.moving] == [("s.b4", "falls")]

@@ -12,6 +12,7 @@ from masonry_fem.analyses.study.pareto import Point
 from masonry_fem.analyses.study.row import Row
 from masonry_fem.analyses.study.values import draw_values, drawable
 from masonry_fem.host.atomic import write_records
+from masonry_fem.host.phases import phase
 from masonry_fem.output.chart import can_draw
 from masonry_fem.output.folder import Folder
 from masonry_fem.records.told import write
@@ -39,12 +40,14 @@ def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
         if pictures and compared and can_draw(picture.name):
             from masonry_fem.analyses.study.plot import draw  # noqa: PLC0415 - matplotlib
 
-            paths.append(draw(study, picture))
+            with phase(picture.name):
+                paths.append(draw(study, picture))
         else:
             picture.unlink(missing_ok=True)
         curves = folder / "values.png"
         if pictures and drawable(study) and can_draw(curves.name):
-            paths.append(draw_values(study, curves))
+            with phase(curves.name):
+                paths.append(draw_values(study, curves))
         else:
             curves.unlink(missing_ok=True)
     return paths

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 import json
 import math
 import shlex
 import tomllib
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from masonry_fem.errors import OutputError
+from masonry_fem.host import installation
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.host.phases import phase
 from masonry_fem.output.components import greatest, in_words
@@ -30,7 +32,9 @@ from masonry_fem.output.terminal import factor_words
 from masonry_fem.output.told_words import joint_words
 
 NAME = "report.html"
-MOST = 9_500_000  # bytes of the file: pictures that would make it larger are left out
+MOST = 9_500_000  # bytes of the file: where pictures would make it larger they are packed
+QUALITY = 90  # of packed pictures: a third of the size, lines and letters stay sharp
+ZERO = 1e-9  # of a column's greatest value or the greatest energy: what is below is rounding
 ROWS = 2_000  # of a table
 PICTURES = {
     "overview.png": "Stress on the deformed shape, with the resultants of the joints",
@@ -62,6 +66,16 @@ JOINTS = {
     "sliding_margin [-]": "μ − T/N", "opening [m]": "opening [mm]", "greatest_sliding [m]": "sliding [mm]",
     "linear_pressure [Pa]": "linear pressure [MPa]",
 }  # fmt: skip
+ENERGIES = {
+    "start": "before the first step", "external_work": "work of the loads",
+    "support_work": "work of the supports",
+    "heat_work": "work of temperature", "kinetic": "in motion at the end", "strain": "in stones at the end",
+    "joints": "in joints at the end", "friction_dissipation": "lost to sliding",
+    "impact_normal": "lost as faces meet", "impact_tangential": "lost as faces meet, along them",
+    "joint_dissipation": "lost to damage of joints", "joint_viscosity": "lost to viscosity of joints",
+    "material_dissipation": "lost as stones yield", "damping_dissipation": "lost to damping",
+    "numerical_dissipation": "lost as steps are finite",
+}  # fmt: skip
 SCALES = {"[MPa]": 1e6, "[kN]": 1e3, "[mm]": 1e-3}
 
 
@@ -88,28 +102,47 @@ def _written(directory: Path) -> Path:
     """The same."""
     summary = _summary(directory)
     end = _end_of(directory, summary)
-    size = 0
-
-    def picture(name: str) -> str | None:
-        nonlocal size
-        path = end / name
-        if not path.is_file() or size + path.stat().st_size * 4 / 3 > MOST - len(bare):
-            return None
-        data = b64encode(path.read_bytes()).decode()
-        size += len(data)
-        return f"data:image/png;base64,{data}"
-
     content = _content(directory, end, summary)
     bare = _rendered(content | {"pictures": []})
     cuts = {path.name: "Stress in a section" for path in sorted(end.glob("cut_*.png"))}
     stones = {path.name: "State of the stones" for path in sorted(end.glob("stone_*.png"))}
     wanted = {name: words for name, words in (PICTURES | stones | cuts).items() if (end / name).is_file()}
-    found = [(name, words, picture(name)) for name, words in wanted.items()]
-    content["pictures"] = [one for one in found if one[2] is not None]
-    content["left_out"] = [name for name, _, data in found if data is None]
+    data = _pictures([end / name for name in wanted], MOST - len(bare.encode()))
+    content["pictures"] = [(name, wanted[name], text) for name, text in data.items()]
+    content["left_out"] = [name for name in wanted if name not in data]
     path = directory / NAME
     write_atomic(path, _rendered(content).encode())
     return path
+
+
+def _pictures(paths: Sequence[Path], room: int) -> dict[str, str]:
+    """Addresses that hold the pictures themselves, by name: as they are if all of them fit, else packed.
+
+    Those that do not fit even so are missing, and so they are where what packs is not installed.
+
+    Parameters
+    ----------
+    paths : Of the pictures. room : That is left for them [bytes].
+    """
+    size = sum(4 * -(-path.stat().st_size // 3) for path in paths)
+    whole = size <= room or installation.lacking("pictures")
+    told: dict[str, str] = {}
+    for path in paths:
+        text = b64encode(path.read_bytes() if whole else _packed(path)).decode()
+        if len(text) <= room:
+            told[path.name] = f"data:image/{'png' if whole else 'webp'};base64,{text}"
+            room -= len(text)
+    return told
+
+
+def _packed(path: Path) -> bytes:
+    """A picture in a third of its size, as WebP."""
+    from PIL import Image  # noqa: PLC0415 - only where pictures are many
+
+    data = io.BytesIO()
+    with Image.open(path) as picture:
+        picture.convert("RGB").save(data, "WEBP", quality=QUALITY)
+    return data.getvalue()
 
 
 def _summary(directory: Path) -> dict[str, Any]:
@@ -158,8 +191,9 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
     found = lights(summary)
     dimension = len(_part(summary, "applied")) or int(scene.get("dimension", 3))
     stones, joints = _table(end / "stones.csv", STONES), _table(end / "interfaces.csv", JOINTS)
-    _rank(stones, "utilisation", "of the mean stress")
+    _rank(stones, "utilisation", "of the mean stress", "pressure of a joint [MPa]")
     _rank(joints, "e / edge")
+    supports = list(_supports(summary))
     whole = end if summary.get("combinations") else directory  # histories go through all stages
     return {
         "summary": summary,
@@ -173,7 +207,9 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
         "assumptions": assumptions(scene, summary) if scene else [],
         "force_unit": "N/m" if dimension == 2 else "N",
         "factors": factor_words(summary),
-        "supports": list(_supports(summary)),
+        "supports": supports,
+        "greatest_force": greatest(force for _, force, _ in supports),
+        "greatest_moment": greatest(moment for _, _, moment in supports),
         "stones": stones,
         "joints": joints,
         "rows": ROWS,
@@ -182,11 +218,18 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
         "combinations": list(combination_rows(summary)),
         "model": packed(whole),
         "left_out": [],
-        "energy": {k.replace("_", " "): v for k, v in _part(summary, "energy").items() if v},
+        "energy": _energies(_part(summary, "energy")),
         "seconds": sum(_part(summary, "seconds").values()),
         "reproduce": command if end == directory else "",
         "digest": hashlib.sha256(text.encode()).hexdigest() if text else "",
     }
+
+
+def _energies(energy: Mapping[str, float]) -> dict[str, float]:
+    """Terms of the balance that are more than rounding, as the report calls them, and what is in none."""
+    least = ZERO * energy.get("largest", 0.0)
+    terms = {words: energy[key] for key, words in ENERGIES.items() if abs(energy.get(key, 0.0)) > least}
+    return terms | ({"in none of these": energy["unaccounted"]} if terms else {})
 
 
 def _part(summary: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -214,20 +257,28 @@ def _supports(summary: Mapping[str, Any]) -> Iterator[tuple[str, list[float], li
 def _table(path: Path, wanted: Mapping[str, str]) -> dict[str, Any] | None:
     """Columns of a table by what the report calls them; None where it is not there.
 
-    Numbers are in the unit of the heading, cells without a value are None.
+    Numbers are in the unit of the heading, those that are rounding beside the greatest of their column 0;
+    cells without a value are None.
     """
     if not path.is_file():
         return None
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))
     chosen = list(_columns(rows[0], wanted))
-    values = [[_cell(row[place], scale) for _, place, scale in chosen] for row in rows[1:]]
-    kept = [i for i in range(len(chosen)) if any(row[i] is not None for row in values)]
+    cells = ([_cell(row[place], scale) for row in rows[1:]] for _, place, scale in chosen)
+    columns = [_without_rounding(column) for column in cells]
+    kept = [i for i, column in enumerate(columns) if any(cell is not None for cell in column)]
     return {
         "heads": [chosen[i][0] for i in kept],
-        "rows": [[row[i] for i in kept] for row in values],
-        "count": len(values),
+        "rows": [list(row) for row in zip(*(columns[i] for i in kept), strict=True)],
+        "count": len(rows) - 1,
     }
+
+
+def _without_rounding(column: list[Any]) -> list[Any]:
+    """A column whose numbers are 0 where they are rounding beside its greatest."""
+    least = ZERO * max((abs(cell) for cell in column if isinstance(cell, float)), default=0.0)
+    return [0.0 if isinstance(cell, float) and abs(cell) <= least else cell for cell in column]
 
 
 def _columns(heads: list[str], wanted: Mapping[str, str]) -> Iterator[tuple[str, int, float]]:

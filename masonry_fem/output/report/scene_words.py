@@ -109,7 +109,8 @@ def _assumed(scene: Mapping[str, Any], summary: Mapping[str, Any]) -> Iterator[s
 
 def _assumed_of_joints(joints: Sequence[Mapping[str, Any]]) -> str:
     cohesive = any("law" in joint or "mortar" in joint for joint in joints)
-    friction = sorted({str(joint["friction"]) for joint in joints if "friction" in joint})
+    coefficients = [joint["friction"] for joint in joints if "friction" in joint]
+    friction = sorted({f"{one:g}" if isinstance(one, float | int) else str(one) for one in coefficients})
     told = f" with μ = {', '.join(friction)}" if friction else ""
     held = " beyond their cohesion" if cohesive else ""
     return f"Joints press and never pull{held}, and slide by Coulomb's law{told}."

@@ -206,6 +206,10 @@ class Bed(Layer):
         return self.law.adhesive_reaction(state, bearing(area))
 
     @override
+    def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self.law.spring_reaction(state, bearing(area))
+
+    @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         area = bearing(area)
         stretched = (self._stiffness(state, area) * state.elastic**2).sum(axis=1)

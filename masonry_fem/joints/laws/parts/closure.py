@@ -105,6 +105,10 @@ class Closure(Layer):
         return self.law.adhesive_reaction(state, bearing(area))
 
     @override
+    def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self.law.spring_reaction(state, bearing(area))
+
+    @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         area = bearing(area)
         energy: FloatArray = self.law.stored(state, area) + self._springs(state, area)

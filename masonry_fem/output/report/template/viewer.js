@@ -1,5 +1,5 @@
 "use strict";
-// the model in WebGL: drag turns, wheel zooms, shift and drag moves, a click tells of a stone
+// the model in WebGL: drag turns, wheel or two fingers zoom, shift and drag or two fingers move, a click tells of a stone
 (() => {
   const model = JSON.parse(document.getElementById("model").textContent);
   const canvas = document.getElementById("canvas");
@@ -38,8 +38,9 @@
     }`;
   const faces = program(VERTEX, `
     in vec3 seen; in float v; flat in uint b; uniform float from, to; uniform int count; uniform vec3 map[10];
-    uniform int chosen; uniform bool over; out vec4 colour;
+    uniform int chosen; uniform bool over, alone; out vec4 colour;
     void main() {
+      if (alone && int(b) != chosen) discard;
       float light = 0.62 + 0.38 * abs(normalize(cross(dFdx(seen), dFdy(seen))).z);
       vec3 own = vec3(0.72, 0.73, 0.75);
       if (v <= 65534.5) {
@@ -171,6 +172,7 @@
       gl.uniform3fv(at("map"), [...parts, ...Array(30 - parts.length).fill(0)]);
       gl.uniform1i(at("chosen"), chosen);
       gl.uniform1i(at("over"), over ? 1 : 0);
+      gl.uniform1i(at("alone"), 0);
     }
     gl.drawElements(gl.TRIANGLES, skin.count, gl.UNSIGNED_INT, 0);
     if (which === faces && edges.checked) {
@@ -178,6 +180,13 @@
       gl.bindVertexArray(outline.array);
       gl.vertexAttribI4ui(3, 0, 0, 0, 0);
       gl.drawElements(gl.LINES, outline.count, gl.UNSIGNED_INT, 0);
+    }
+    if (which === faces && chosen >= 0) { // the chosen stone is seen through what is before it
+      gl.clear(gl.DEPTH_BUFFER_BIT);
+      gl.useProgram(faces);
+      gl.uniform1i(at("alone"), 1);
+      gl.bindVertexArray(skin.array);
+      gl.drawElements(gl.TRIANGLES, skin.count, gl.UNSIGNED_INT, 0);
     }
     gl.bindVertexArray(null);
   };
@@ -197,15 +206,27 @@
         .map((text) => Object.assign(document.createElement("span"), { textContent: text })));
     });
   };
-  const tell = () => {
-    if (chosen < 0) { picked.textContent = "No stone there."; return; }
+  const table = document.getElementById("stones");
+  const rows = new Map(table ? [...table.tBodies[0].rows].map((row) => [row.cells[0].textContent, row]) : []);
+  const heads = table ? [...table.tHead.rows[0].cells].map((head) => head.textContent) : [];
+  const hint = `Drag ${flat ? "moves" : "turns"}, wheel or two fingers zoom${flat ? "" : ", shift and drag or two fingers move"}; click on a stone for its figures.`;
+  const choose = (block, none) => {
+    chosen = block;
+    for (const row of rows.values()) row.classList.remove("chosen");
     const name = model.names[chosen];
-    const table = document.getElementById("stones");
-    const row = table && [...table.tBodies[0].rows].find((one) => one.cells[0].textContent === name);
-    const heads = table ? [...table.tHead.rows[0].cells].map((head) => head.textContent) : [];
+    const row = rows.get(name);
+    if (row) row.classList.add("chosen");
     const figures = row ? [...row.cells].slice(1).map((cell, i) => cell.textContent && `${heads[i + 1]}: ${cell.textContent}`) : [];
-    picked.textContent = `${name}\n${figures.filter(Boolean).join("   ")}`;
+    picked.textContent = chosen < 0 ? none : `${name}\n${figures.filter(Boolean).join(" · ")}`;
+    show();
   };
+  if (table) table.classList.add("linked");
+  for (const [name, row] of rows) {
+    row.addEventListener("click", () => {
+      choose(model.names.indexOf(name), hint);
+      canvas.scrollIntoView({ block: "center" });
+    });
+  }
   const pick = (x, y) => {
     const [w, h] = [canvas.clientWidth, canvas.clientHeight];
     const target = gl.createFramebuffer();
@@ -224,43 +245,69 @@
     gl.deleteFramebuffer(target);
     gl.deleteRenderbuffer(colour);
     gl.deleteRenderbuffer(depth);
-    chosen = pixel[0] + 256 * pixel[1] + 65536 * pixel[2] - 1;
-    tell();
-    show();
+    choose(pixel[0] + 256 * pixel[1] + 65536 * pixel[2] - 1, "No stone there.");
   };
-  let last = null;
+  const move = (dx, dy) => {
+    const [wide, tall] = reach();
+    eye.x += 2 * wide * dx / canvas.clientWidth;
+    eye.y -= 2 * tall * dy / canvas.clientHeight;
+  };
+  const turn = (dx, dy) => {
+    eye.angle += 0.008 * dx;
+    eye.tilt = Math.max(-1.57, Math.min(1.57, eye.tilt + 0.008 * dy));
+  };
+  const zoom = (factor) => { eye.zoom = Math.max(0.2, Math.min(200, eye.zoom * factor)); };
+  const fingers = new Map(); // where pointers that are down are, by their number
+  let far = 0; // way of all of them since the first came down
+  const between = () => {
+    const [a, b] = [...fingers.values()];
+    return Math.hypot(a.x - b.x, a.y - b.y);
+  };
   canvas.addEventListener("pointerdown", (event) => {
-    last = { x: event.offsetX, y: event.offsetY, far: 0 };
+    if (!fingers.size) far = 0;
+    fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
     canvas.setPointerCapture(event.pointerId);
   });
   canvas.addEventListener("pointermove", (event) => {
+    const last = fingers.get(event.pointerId);
     if (!last) return;
     const [dx, dy] = [event.offsetX - last.x, event.offsetY - last.y];
-    const [wide, tall] = reach();
-    if (event.shiftKey || flat) {
-      eye.x += 2 * wide * dx / canvas.clientWidth;
-      eye.y -= 2 * tall * dy / canvas.clientHeight;
-    } else {
-      eye.angle += 0.008 * dx;
-      eye.tilt = Math.max(-1.57, Math.min(1.57, eye.tilt + 0.008 * dy));
-    }
-    last = { x: event.offsetX, y: event.offsetY, far: last.far + Math.hypot(dx, dy) };
+    const before = fingers.size === 2 ? between() : 0;
+    fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
+    far += Math.hypot(dx, dy);
+    if (fingers.size === 2) {
+      move(dx / 2, dy / 2);
+      if (before) zoom(between() / before);
+    } else if (event.shiftKey || flat) move(dx, dy);
+    else turn(dx, dy);
     show();
   });
-  canvas.addEventListener("pointerup", (event) => {
-    if (last && last.far < 4) pick(event.offsetX, event.offsetY);
-    last = null;
-  });
+  const up = (event) => {
+    const alone = fingers.size === 1 && fingers.delete(event.pointerId);
+    fingers.delete(event.pointerId);
+    if (alone && far < 4 && event.type === "pointerup") pick(event.offsetX, event.offsetY);
+  };
+  canvas.addEventListener("pointerup", up);
+  canvas.addEventListener("pointercancel", up);
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
-    eye.zoom = Math.max(0.2, Math.min(200, eye.zoom * Math.exp(-0.0015 * event.deltaY)));
+    zoom(Math.exp(-0.0015 * event.deltaY));
     show();
   }, { passive: false });
+  canvas.addEventListener("keydown", (event) => {
+    const [dx, dy] = { ArrowLeft: [-12, 0], ArrowRight: [12, 0], ArrowUp: [0, -12], ArrowDown: [0, 12] }[event.key] || [0, 0];
+    const factor = { "+": 1.2, "-": 1 / 1.2 }[event.key] || 1;
+    if (!dx && !dy && factor === 1) return;
+    event.preventDefault();
+    (event.shiftKey || flat ? move : turn)(dx, dy);
+    zoom(factor);
+    show();
+  });
   field.addEventListener("change", show);
   slider.addEventListener("input", show);
   edges.addEventListener("change", show);
-  document.getElementById("reset").addEventListener("click", () => { reset(); chosen = -1; tell(); show(); });
+  document.getElementById("reset").addEventListener("click", () => { reset(); choose(-1, hint); });
   window.addEventListener("resize", show);
   if (!model.factor) slider.disabled = true;
-  show();
+  choose(-1, hint);
 })();

@@ -100,7 +100,7 @@ class Kind:
     Attributes
     ----------
     fidelity : Of its stones. text : Of its scene, after ``HEAD``.
-    command, options : Words before and after the scene's name.
+    command, options : Words before and after the scene's name, with ``{place}`` for its folder.
     stone : What else the stone has beside its density.
     """
 
@@ -139,7 +139,7 @@ KINDS = {
     ),
     "records": Kind(
         "rigid", DYNAMICS + DRY + TOP + INERTIA, "study",
-        ("--records", "record.csv", "--scales", "0.5:2:0.5", "--workers", "1"),
+        ("--records", "{place}/record.csv", "--scales", "0.5:2:0.5", "--workers", "1"),
     ),
 }  # fmt: skip
 SPENT = ("seconds", "peak_memory_mb", "versions", "factorisations", "cpu", "start", "wall")
@@ -193,6 +193,7 @@ def _unspent(told: object) -> object:
 def killed(kind: str, count: int, draw: np.random.Generator, place: Path) -> Found:
     """Kill runs of a kind so many times, and let each go on to its end."""
     own, scene = KINDS[kind], place / "scene.toml"
+    options = [word.format(place=place) for word in own.options]
     head = HEAD.format(fidelity=own.fidelity, stone=own.stone)
     if CASES in own.text:
         head = head.replace("vector = [1.5, 0.0] ", 'vector = [1.5, 0.0], case = "push" ')
@@ -201,14 +202,14 @@ def killed(kind: str, count: int, draw: np.random.Generator, place: Path) -> Fou
     wanted, span = {}, 0.0
     for number in range(2):  # the first one may compile
         begun, out = time.monotonic(), place / f"whole {number}"
-        if start(own.command, str(scene), *own.options, "--out", str(out)).wait() not in (0, 3):
+        if start(own.command, str(scene), *options, "--out", str(out)).wait() not in (0, 3):
             raise RuntimeError(f"{kind}: the run that is not killed failed")
         span, wanted = time.monotonic() - begun, left(out)
     found = Found(kind)
     while found.kills < count:
         out = place / f"killed {found.runs}"
         found.runs += 1
-        first = own.command, str(scene), *own.options, "--out", str(out)
+        first = own.command, str(scene), *options, "--out", str(out)
         words = first
         while True:
             process = start(*words)

@@ -78,6 +78,12 @@ def change(vectors: FloatArray) -> FloatArray:
     return changed.reshape(*vectors.shape, 3)
 
 
+def first_order(changed: FloatArray) -> FloatArray:
+    """Spins of turns R − 1 (..., d, d) to first order, of their odd parts, (..., 1 or 3)."""
+    pairs = ((1, 0),) if changed.shape[-1] == 2 else ((2, 1), (0, 2), (1, 0))
+    return np.stack([0.5 * (changed[..., i, j] - changed[..., j, i]) for i, j in pairs], axis=-1)
+
+
 def chained(first: FloatArray, second: FloatArray) -> FloatArray:
     """R − 1 of a turn after another, shape (..., d, d).
 

@@ -35,7 +35,7 @@ from masonry_fem.march.model import FloatArray, Load, Model
 from masonry_fem.march.renewal import carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import initial_state
-from masonry_fem.records.remark import first_few
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
@@ -83,6 +83,9 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     )
     if scene.analysis.new_stones == "moved":
         bodies = seated(model, bodies, old >= 0)
+    groups: tuple[Any, ...] = model.groups
+    clamped = (one.clamped_at(own) if one.deforms else one for one, own in zip(groups, bodies, strict=True))
+    model = replace(model, groups=tuple(clamped))
     if not scene.analysis.inertia:  # no velocity goes into statics
         bodies = tuple(
             group.scale_velocity(own, 0.0) for group, own in zip(model.groups, bodies, strict=True)
@@ -100,7 +103,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
         begun, reaction=state.reaction, status=state.status, **_joints(model, begun, left, state, origin)
     )
     if not scene.analysis.inertia:
-        forces = _released(model, bodies, left, old, origin)
+        forces = _released(model, coupling, state, left, old, origin)
         if any(force is not None and force.any() for force in forces):
             model = replace(model, loads=(*model.loads, Load(RELEASED, forces, _fading)))
     return model, state
@@ -126,8 +129,9 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
         for stones, places in ((left.stones, there), (built.stones, here))
     )
     before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]
-    other = was != now
-    heavier = ~other & (np.abs(mass - before) > ALIKE * before)  # a support has none
+    let_go, stops = was == None, (was == "rigid") & (now == None)  # noqa: E711 - of arrays
+    other = (was != now) & ~let_go & ~stops
+    heavier = ~other & ~let_go & ~stops & (np.abs(mass - before) > ALIKE * before)
     gone = _elsewhere(built, left, here, there)
     names = [built.stones.assembly.blocks[block].name for block in here]
     told = [
@@ -139,13 +143,18 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
         f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in np.flatnonzero(heavier)
     ]
     if told:
-        let_go = any(fidelity is None for fidelity in was[other])
         raise MasonryError(
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
-            "Expected stones of the same names as they were: "
-            + ("name all supports, as those of a stage take the place of all before" if let_go else
-               "give others other names")
-        )  # fmt: skip
+            "Expected stones of the same names as they were; give others other names"
+        )
+    freed = [f"'{names[k]}'" for k in np.flatnonzero(let_go & (now != None))]  # noqa: E711
+    if freed:
+        were = "was a support and is" if len(freed) == 1 else "were supports and are"
+        remark(
+            "let_go",
+            f"{first_few(freed, SHOWN)} {were} none now; supports of a stage take the place of all before: "
+            "name again what is still held",
+        )
 
 
 def _elsewhere(built: Built, left: Left, here: IntArray, there: IntArray) -> np.ndarray:
@@ -190,12 +199,13 @@ def _standing(model: Model, left: Left, old: IntArray) -> Model:
             continue
         d = group.dimension
         shift, turned = np.zeros((group.count, d)), np.zeros((group.count, d, d))
-        here = np.flatnonzero(before >= 0)
-        was: Any = left.model.groups[owner[before[here[0]]]]
-        state, rows = left.state.bodies[owner[before[here[0]]]], row[before[here]]
-        turned[here] = state.turned[rows]
-        apart = group.centres[here] - was.centres[rows]  # the pivot may be another one
-        shift[here] = state.shift[rows] + np.einsum("bij,bj->bi", turned[here], apart)
+        for number in np.unique(owner[before[before >= 0]]).tolist():
+            here = np.flatnonzero((before >= 0) & (owner[before] == number))
+            was: Any = left.model.groups[number]
+            state, rows = left.state.bodies[number], row[before[here]]
+            turned[here] = state.turned[rows]
+            apart = group.centres[here] - was.centres[rows]  # the pivot may be another one
+            shift[here] = state.shift[rows] + np.einsum("bij,bj->bi", turned[here], apart)
         moved = shift.any() or turned.any()
         groups.append(group.starting_at(shift, turned) if moved else group)
     return replace(model, groups=tuple(groups))
@@ -231,13 +241,35 @@ def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
     state = rest
     for number in np.unique(owner[before[before >= 0]]).tolist():
         rows = np.flatnonzero((before >= 0) & (owner[before] == number))
-        other = left.state.bodies[number]
-        whole = len(rows) == len(group.blocks) == len(left.model.groups[number].blocks)
-        if whole and (row[before] == np.arange(len(rows))).all():
+        there, other, others = left.model.groups[number], left.state.bodies[number], row[before[rows]]
+        whole = len(rows) == len(group.blocks) == len(there.blocks)
+        if there.prescribed:  # it is let go where it is
+            turn, shift = there.motion(other)
+            state = group.set_down(state, rows, turn[others], shift[others])
+        elif _clamped_otherwise(group, there):
+            state = _held_anew(group, state, rows, there, other, others)
+        elif whole and (others == np.arange(len(rows))).all():
             state = other
         else:
-            state = _put(state, rows, other, row[before[rows]])
+            state = _put(state, rows, other, others)
     return replace(state, time=0.0) if hasattr(state, "time") else state
+
+
+def _clamped_otherwise(group: Any, there: Any) -> bool:
+    """Whether blocks that deform have clamps now that they had not, or the reverse."""
+    both = group.deforms and there.deforms
+    return both and not np.array_equal(group.free_dofs, there.free_dofs)
+
+
+def _held_anew(group: Any, state: Any, rows: IntArray, there: Any, other: Any, others: IntArray) -> Any:
+    """A state with rows of another one whose blocks have other clamps: nodes, and what the material knows."""
+    displacement, velocity = there.nodal_motion(other)
+    state = group.moved_by(state, rows, displacement[others], velocity[others])
+    return (
+        state
+        if state.memory is None
+        else replace(state, memory=_put(state.memory, rows, other.memory, others))
+    )
 
 
 def _put(state: Any, rows: IntArray, other: Any, others: IntArray) -> Any:
@@ -376,17 +408,19 @@ def _laws(model: Model) -> np.ndarray:
 
 
 def _released(
-    model: Model, bodies: tuple[Any, ...], left: Left, old: IntArray, origin: IntArray
+    model: Model, coupling: Coupling, state: SystemState, left: Left, old: IntArray, origin: IntArray
 ) -> tuple[FloatArray | None, ...]:
-    """What held each stone in its place and no longer does, by group: loads, and contacts that are gone."""
+    """What held each stone in its place and no longer does, by group: loads, contacts, clamps, supports."""
     gone = np.ones(left.model.contacts.count, dtype=bool)
     gone[origin[origin >= 0]] = False
-    held = external_forces(left.model, left.state.time, left.state.bodies)
-    coupling = connect(left.model)
-    pushed = _pushed(coupling, left.state, np.where(gone[:, None], left.state.reaction, 0.0))
-    now, (owner, row) = external_forces(model, 0.0, bodies), _places(left.model)
+    loads, was = external_forces(left.model, left.state.time, left.state.bodies), connect(left.model)
+    lost = _pushed(was, left.state, np.where(gone[:, None], left.state.reaction, 0.0))
+    pushed = _pushed(was, left.state, left.state.reaction)
+    kept = _pushed(coupling, state, state.reaction)
+    now, (owner, row) = external_forces(model, 0.0, state.bodies), _places(left.model)
     total: list[FloatArray | None] = []
-    for group, own in zip(model.groups, now, strict=True):
+    group: Any
+    for group, own, stays in zip(model.groups, now, kept, strict=True):
         if group.prescribed:
             total.append(None)
             continue
@@ -394,7 +428,14 @@ def _released(
         force = -own
         for number in np.unique(owner[before[before >= 0]]).tolist():
             rows = np.flatnonzero((before >= 0) & (owner[before] == number))
-            force[rows] += (held[number] + pushed[number])[row[before[rows]]]
+            others, there = row[before[rows]], left.model.groups[number]
+            if there.prescribed:
+                force[rows] -= stays[rows]
+                continue
+            force[rows] += (loads[number] + lost[number])[others]
+            if group.deforms:
+                clamped = there.clamp_forces(left.state.bodies[number], loads[number], pushed[number])
+                force[np.ix_(rows, group.free_dofs)] += clamped[np.ix_(others, group.free_dofs)]
         force[before < 0] = 0.0  # what is new is loaded over the steps, as in any statics
         total.append(force)
     return tuple(total)

@@ -6,6 +6,7 @@ Held degrees of freedom are no unknowns; the forces that they exert enter the ri
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Self
 
@@ -98,7 +99,7 @@ class Clamping:
     ) -> None:
         self.faces = clamps
         self.holds = holds(mesh, clamps, name)
-        self._count = len(rotation)
+        self._start = np.zeros((len(rotation), len(self.holds.dofs)))
         self._moving = [
             _Moving.of(
                 mesh, self.holds, clamps[index][0], index, row, motion, rotation[row], translation[row]
@@ -108,6 +109,12 @@ class Clamping:
             if motion is not None
         ]
 
+    def starting_at(self, displacement: FloatArray) -> Clamping:
+        """The same clamps with motions that go on from displacements of the held dofs, shape (b, c) [m]."""
+        clamping = copy(self)
+        clamping._start = displacement
+        return clamping
+
     @property
     def moving(self) -> bool:
         """Whether any clamp moves."""
@@ -115,15 +122,13 @@ class Clamping:
 
     def displacement(self, time: float) -> FloatArray:
         """Prescribed displacement of the held dofs, shape axes, shape (b, c) [m]."""
-        given = np.zeros((self._count, len(self.holds.dofs)))
+        given = self._start.copy()
         for one in self._moving:
-            given[one.row, one.columns] = one.displacement(time)
+            given[one.row, one.columns] += one.displacement(time)
         return given
 
     def first_velocity(self) -> FloatArray:
         """Velocity of the held dofs just after time 0, shape (b, c) [m/s]."""
-        if not self._moving:
-            return self.displacement(0.0)
         return (self.displacement(FIRST_STEP) - self.displacement(0.0)) / FIRST_STEP
 
     def velocity(

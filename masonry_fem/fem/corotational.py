@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,7 @@ from masonry_fem.bodies.rotation import (
     chained,
     change,
     exponential,
+    first_order,
     lever,
     moment,
     settled_spin,
@@ -149,6 +151,28 @@ class CorotationalGroup(Deformable[TurningState]):
         return replace(
             state, shift=gone, turned=turned, displacement=bent, rigid_velocity=rigid, velocity=velocity
         )
+
+    def nodal_motion(self, state: TurningState) -> tuple[FloatArray, FloatArray]:
+        """Displacements [m] and velocities [m/s] of all nodes, turns to first order, shape axes, (b, n)."""
+        rigid = np.concatenate([state.shift, first_order(state.turned)], axis=1) @ self.modes.from_motion.T
+        modes = self.modes.modes.T
+        return rigid @ modes + state.displacement, state.rigid_velocity @ modes + state.velocity
+
+    def moved_by(
+        self, state: TurningState, rows: IntArray, displacement: FloatArray, velocity: FloatArray
+    ) -> TurningState:
+        """The state with blocks ``rows`` (k,) moved as ``nodal_motion`` tells, displacements (k, n)."""
+        d, (amplitudes, bent) = self.dimension, self.modes.split(displacement)
+        motion = np.linalg.solve(self.modes.from_motion, amplitudes.T).T
+        speed, bending = self.modes.split(velocity)
+        changes: dict[str, Any] = {
+            "shift": motion[:, :d], "turned": change(motion[:, d:]), "displacement": bent,
+            "rigid_velocity": speed, "velocity": bending,
+        }  # fmt: skip
+        for name, own in changes.items():
+            changes[name] = getattr(state, name).copy()
+            changes[name][rows] = own
+        return replace(state, **changes)
 
     def following(self, force: FloatArray, state: TurningState) -> FloatArray:
         """Nodal forces (b, n) of the reference with their directions turned with the frames."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, Self
 
 import numpy as np
 
@@ -108,6 +108,22 @@ class Deformable[S: Deformed](Meshed[S]):
     def _estimate(self) -> ErrorEstimate:
         own = self.operators
         return ErrorEstimate.of(own.mesh, own.material, own.plane)
+
+    @abstractmethod
+    def nodal_motion(self, state: S) -> tuple[FloatArray, FloatArray]:
+        """Displacements [m] and velocities [m/s] of all nodes, turns to first order, shape axes, (b, n)."""
+
+    @abstractmethod
+    def moved_by(self, state: S, rows: IntArray, displacement: FloatArray, velocity: FloatArray) -> S:
+        """The state with blocks ``rows`` (k,) moved as ``nodal_motion`` tells, displacements (k, n)."""
+
+    def clamped_at(self, state: S) -> Self:
+        """The same blocks with clamps whose motions go on from where a state has them."""
+        return self
+
+    def clamp_forces(self, state: S, force: FloatArray, nodal: FloatArray) -> FloatArray:
+        """What clamps give beside loads and contacts (b, n) in statics, zero at free dofs, (b, n) [N]."""
+        return np.zeros_like(force)
 
     def share(self, other: Deformable[Any]) -> None:
         """Take over factors, and what stresses are read by, of a group with the same matrices and clamps."""

@@ -17,7 +17,9 @@ are linearised at a guess of the end of the step instead.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 
@@ -31,7 +33,7 @@ from masonry_fem.bodies.base import (
     StepEnergy,
     StressField,
 )
-from masonry_fem.bodies.rotation import moment
+from masonry_fem.bodies.rotation import first_order, moment
 from masonry_fem.bodies.support import Motion
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import SmallAttachment
@@ -108,11 +110,44 @@ class ElasticGroup(Deformable[ElasticState]):
         turn = rotation - np.eye(self.dimension)
         away = np.einsum("kji,kj->ki", poses, shift + np.einsum("kij,kj->ki", turn, centres))
         own = poses.swapaxes(1, 2) @ turn @ poses
-        pairs = ((1, 0),) if self.dimension == 2 else ((2, 1), (0, 2), (1, 0))
-        spin = np.stack([0.5 * (own[:, i, j] - own[:, j, i]) for i, j in pairs], axis=1)
+        spin = first_order(own)
         rigid = state.rigid_displacement.copy()
         rigid[rows] = np.concatenate([away, spin], axis=1) @ self.modes.from_motion.T
         return replace(state, rigid_displacement=rigid)
+
+    def nodal_motion(self, state: ElasticState) -> tuple[FloatArray, FloatArray]:
+        """Displacements [m] and velocities [m/s] of all nodes, shape axes, (b, n)."""
+        modes = self.modes.modes.T
+        return (
+            state.rigid_displacement @ modes + state.displacement,
+            state.rigid_velocity @ modes + state.velocity,
+        )
+
+    def moved_by(
+        self, state: ElasticState, rows: IntArray, displacement: FloatArray, velocity: FloatArray
+    ) -> ElasticState:
+        """The state with blocks ``rows`` (k,) moved as ``nodal_motion`` tells, displacements (k, n)."""
+        changes = {}
+        for rigid, elastic, given in (
+            ("rigid_displacement", "displacement", displacement),
+            ("rigid_velocity", "velocity", velocity),
+        ):
+            amplitudes, rest = self.modes.split(given)
+            changes[rigid], changes[elastic] = getattr(state, rigid).copy(), getattr(state, elastic).copy()
+            changes[rigid][rows], changes[elastic][rows] = amplitudes, rest
+        return replace(state, **changes)
+
+    def clamped_at(self, state: ElasticState) -> Self:
+        """The same blocks with clamps whose motions go on from where a state has them."""
+        group = copy(self)
+        group.clamping = self.clamping.starting_at(state.displacement[:, self.holds.dofs])
+        return group
+
+    def clamp_forces(self, state: ElasticState, force: FloatArray, nodal: FloatArray) -> FloatArray:
+        """What clamps give beside loads and contacts (b, n) in statics, zero at free dofs, (b, n) [N]."""
+        given = self.nodal_residual(state, state, force, nodal, Scheme(1.0, 1.0, 0.0))
+        given[:, self.holds.free] = 0.0
+        return given
 
     def attach(self, sides: Sides) -> SmallAttachment:
         """The blocks seen through contact sides."""

@@ -35,6 +35,11 @@ class RigidModes:
     from_motion: FloatArray
     centroid: FloatArray
 
+    def split(self, field: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Amplitudes U (k, m) of the modes in nodal fields (k, n), and what is left of these."""
+        amplitudes = field @ self.momentum
+        return amplitudes, field - amplitudes @ self.modes.T
+
 
 def rigid_modes(points: FloatArray, mass: sparse.csr_array, free: IntArray) -> RigidModes:
     """Rigid modes of a mesh, orthonormal with respect to its mass, as far as clamps allow them.

@@ -323,7 +323,8 @@ class _Course:
         troubles.tell_overlaps(made, report, model.length, self.start.gap)
         if objection and flowed:
             objection = f"{flowed}. {objection}"
-        end = End(last.model, last.step, last.report, settings, self.ledger, objection)
+        drifts = strategy.balanced(last.report) and strategy.kept == 1
+        end = End(last.model, last.step, last.report, settings, self.ledger, objection, drifts)
         return March(
             verdict, sentence(verdict, end), made.after, report, model, made, self.ledger, self.clock.phases,
             end.moving(verdict), tuple(troubles.abrupt), witness, reached,
@@ -408,8 +409,8 @@ def _out_of_steps(
     if not strategy.seeks_equilibrium:
         return "finished"
     # a step that was not solved says nothing of what exists, nor does a march that was too short
-    unsolved = not report.outcome.solved
-    if unsolved or could_rest(model, start, made, report, _reached(report, settings)):
+    may_rest = strategy.balanced(report) or could_rest(model, start, made, report, _reached(report, settings))
+    if may_rest or not report.outcome.solved:
         return "no_convergence"
     return "no_equilibrium"
 

@@ -46,6 +46,7 @@ class End:
     model, made, report : The last step, what it was made with and what it did.
     settings : Of the contact solver. ledger : Energies summed over the march.
     objection : What the written results leave open; "" where nothing.
+    drifts : Whether forces balance there, and nothing brakes what moves.
     """
 
     model: Model
@@ -54,6 +55,7 @@ class End:
     settings: SolverSettings
     ledger: Ledger
     objection: str
+    drifts: bool = False
 
     def moving(self, verdict: Verdict) -> tuple[tuple[str, float, str], ...]:
         """Blocks that move where there is no equilibrium: (name, speed [m/s], how)."""
@@ -84,7 +86,7 @@ def _open(end: End) -> str:
     if end.objection:
         return f"No equilibrium in what is written: {end.objection}"
     if end.report.joint_change == 0:
-        return _restless(end.report, end.made, end.model)
+        return _restless(end)
     return (
         f"Step {end.report.step}: the joint laws did not settle, the joints' state still changed by "
         f"{end.report.joint_change:.1e}. Take more load steps, or analysis.substeps."
@@ -181,12 +183,22 @@ def _when(time: float, made: Increment) -> str:
     return f"load factor {time:.6g}" if made.scheme.inertia == 0 else f"t = {time:.6g} s"
 
 
-def _restless(report: StepReport, made: Increment, model: Model) -> str:
+def _restless(end: End) -> str:
     """What goes on where a march ran out of steps, and what may end it."""
-    names = [name for name, _, _ in moving_blocks(model, made.after)]
+    report, made = end.report, end.made
+    names = [name for name, _, _ in moving_blocks(end.model, made.after)]
+    subject, plural = first_few(names, SHOWN), len(names) > 1
+    if end.drifts and names:
+        return (
+            f"Not at rest after {report.so_far}: forces balance, but {subject} "
+            f"{'drift' if plural else 'drifts'} on evenly, at up to {report.speed:.1e} m/s, and numerical "
+            "viscosity brakes only what strains blocks. More steps do not help: take strategy = "
+            "'brutal_damping' or 'large_step', which stop blocks, or materials.*.damping.mass; or see what "
+            "should hold them (supports, friction, joints)."
+        )
     what = "the state is not yet static"
     if names:
-        what = f"{first_few(names, SHOWN)} still {'moves' if len(names) == 1 else 'move'}"
+        what = f"{subject} still {'move' if plural else 'moves'}"
     return (
         f"Not at rest after {report.so_far}: contact forces could balance the loads, but {what} (at "
         f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads would give a free block "

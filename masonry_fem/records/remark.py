@@ -60,6 +60,7 @@ class Remark(Told, frozen=True, kw_only=True):
 
 
 _gathering: ContextVar[tuple[list[Remark], bool] | None] = ContextVar("gathering", default=None)
+_muted: ContextVar[tuple[str, ...]] = ContextVar("muted", default=())
 
 
 def remark(code: str, sentence: str, *blocks: str) -> None:
@@ -69,6 +70,8 @@ def remark(code: str, sentence: str, *blocks: str) -> None:
     ----------
     code, sentence : As the record has them. blocks : Names of the blocks.
     """
+    if code in _muted.get():
+        return
     found, aloud = _gathering.get() or ([], True)
     found.append(Remark(code=code, sentence=sentence, blocks=blocks))
     if aloud:
@@ -86,6 +89,16 @@ def gathered(*, aloud: bool = True) -> Iterator[list[Remark]]:
         _gathering.reset(token)
         if outer is not None and aloud:
             outer[0].extend(found)
+
+
+@contextmanager
+def muted(*codes: str) -> Iterator[None]:
+    """Make no remarks of some kinds meanwhile."""
+    token = _muted.set((*_muted.get(), *codes))
+    try:
+        yield
+    finally:
+        _muted.reset(token)
 
 
 def repeated(remarks: Sequence[Remark]) -> Iterator[str]:

@@ -131,8 +131,6 @@ def _row(answer: dict[str, Any], out: Path, log: Path, limit: float | None) -> d
     measured = {"peak_memory_mb": round(answer["peak_memory_mb"], 1)}
     if answer["signal"] == 0 and answer["code"] == 0 and out.exists():
         row: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
-        if row["outcome"] != "failed":
-            log.unlink(missing_ok=True)
         row["start"] = row.get("start", 0.0) + answer["loaded"]
         return row | measured
     measured |= {"cpu": answer["cpu"], "limit": limit or 0.0}

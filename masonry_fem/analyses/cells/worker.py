@@ -78,6 +78,8 @@ def _in_fork(request: dict[str, Any]) -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         row = compute(request["scene"], Path(request["base"]), request["limit"], request["task"])
         _write(Path(request["out"]), row)
+        if row["outcome"] != "failed":  # here, as whoever asked may have been killed by now
+            Path(request["log"]).unlink(missing_ok=True)
         code = 0
     except BaseException:
         traceback.print_exc()

@@ -69,11 +69,6 @@ def reopened(folder: Path, *, trust: bool = False) -> Left:
             base=folder,
             source=f"{folder / CHECKPOINT} (its scene)",
         )
-        if any("/" in one.on and one.motion is not None for one in scene.supports):
-            raise SceneError(
-                f"{folder}: faces of stones were moved there, which a start does not carry on; move a "
-                "support that is a block of its own"
-            )
         scene = check(scene, base=folder)
         built = build(scene, folder, solved=False)
     standing = checkpoint.standing

@@ -76,7 +76,10 @@ def steps(scene: specs.Scene, base: str | Path = Path()) -> Iterator[StepMade]:
 def _refuse_several(scene: specs.Scene) -> None:
     """Refuse a scene of several marches."""
     if scene.stages:
-        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+        raise MasonryError(
+            "a scene with stages leaves where each of them ends; run it into a folder, and let what is tried "
+            "again and again start from a stage there (analysis.start)"
+        )
     if scene.combinations:
         raise MasonryError("a scene with combinations has several ends; run it into a folder")
 

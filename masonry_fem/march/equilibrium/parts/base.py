@@ -91,6 +91,10 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
         """Whether the state that a step reached is an equilibrium."""
         return False
 
+    def balanced(self, report: StepReport) -> bool:
+        """Whether forces balance in the state that a step reached, at rest or not."""
+        return False
+
 
 def step_faults(step: float) -> Iterator[tuple[str, str]]:
     """A step of which numbers cannot be computed."""

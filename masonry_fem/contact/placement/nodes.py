@@ -158,13 +158,7 @@ def on_patches(
     covers : Facets of both sides of these patches, each a joint of its own, where they are known.
     """
     covers = _covers(patches) if covers is None else covers
-    counts, spacing = np.zeros((2, len(patches)), dtype=np.int64), np.full((2, len(patches)), np.inf)
-    for side, cover in enumerate(covers):
-        if cover is not None:
-            counts[side] = np.add.reduceat(_within(planes, cover), cover.nodes_from[:-1], dtype=np.int64)
-            spacing[side] = np.where(counts[side] > 0, _spacing(cover), np.inf)
-    finer = spacing[1] < spacing[0] * (1 - 1e-9)
-    some = counts.max(axis=0) > 0
+    some, finer = _finer(planes, covers)
     found = []
     for exchanged in (False, True):
         rows = np.flatnonzero(some & (finer == exchanged))
@@ -178,6 +172,22 @@ def on_patches(
         rows = np.flatnonzero(~some)
         found.append(_at_corners(rows, [patches[row] for row in rows.tolist()], planes.only(rows)))
     return found
+
+
+def _finer(planes: Planes, covers: Sequence[Cover | None]) -> tuple[np.ndarray, np.ndarray]:
+    """Whether nodes lie in each polygon, and whether those of the antagonist are the denser ones, (k,) each.
+
+    Parameters
+    ----------
+    planes : Of the patches. covers : Facets of both sides.
+    """
+    k = len(planes.polygon)
+    counts, spacing = np.zeros((2, k), dtype=np.int64), np.full((2, k), np.inf)
+    for side, cover in enumerate(covers):
+        if cover is not None:
+            counts[side] = np.add.reduceat(_within(planes, cover), cover.nodes_from[:-1], dtype=np.int64)
+            spacing[side] = np.where(counts[side] > 0, _spacing(cover), np.inf)
+    return counts.max(axis=0) > 0, spacing[1] < spacing[0] * (1 - 1e-9)
 
 
 def _covers(patches: Sequence[Patch]) -> list[Cover | None]:

@@ -187,18 +187,10 @@ def on_polygon(
     for number in range(len(pieces)):
         piece = pieces[number, : corners[number]]
         before = total
-        skew = 1.0
-        if len(piece) == 4:
-            skew = 0.0
-            for axis in range(2):
-                miss = piece[0, axis] - piece[1, axis] + piece[2, axis] - piece[3, axis]
-                skew = max(skew, abs(miss) / size)
-        step = 2 if quadrilaterals or skew < 1e-9 else 1
+        step = 2 if quadrilaterals or _is_parallelogram(piece, 1e-9 * size) else 1
         for i in range(1, len(piece) - 1, step):
-            for axis in range(2):
-                part[0, axis] = piece[0, axis]
-                for k in range(1, 4):
-                    part[k, axis] = piece[min(i + k - 1, len(piece) - 1), axis]
+            for k in range(4):  # corner 0, and those from i on
+                part[k] = piece[min(i + k - 1, len(piece) - 1) if k > 0 else 0]
             if step == 2 and i + 2 < len(piece):
                 total = _on_quadrilateral(part, gauss, gauss_weight, density, points, weights, total)
             else:
@@ -259,6 +251,15 @@ def _apart(first: FloatArray, second: FloatArray) -> bool:
         if below or above:
             return True
     return False
+
+
+@compiled
+def _is_parallelogram(piece: FloatArray, tolerance: float) -> bool:
+    """Whether a piece has four corners, and opposite sides that differ by no more than a tolerance [m]."""
+    if len(piece) != 4:
+        return False
+    miss = piece[0] - piece[1] + piece[2] - piece[3]
+    return bool(max(abs(miss[0]), abs(miss[1])) < tolerance)
 
 
 @compiled

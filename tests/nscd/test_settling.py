@@ -273,6 +273,19 @@ def test_ranks_share_what_comes_to_rest_by_itself(monkeypatch: pytest.MonkeyPatc
     assert abs(first - second) <= problem.count / 9
 
 
+def test_a_rebound_does_not_tell_how_exact_parts_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A full step may throw the whole far off where it had come: parts are to bring it back there."""
+    problem, _ = boards(1)
+    run = NewtonRun(problem, ProximalNewton(), sliding(problem))
+    asked: list[float] = []
+    monkeypatch.setattr(run.settling, "settle", lambda *given: asked.append(given[3]))
+    full = run._relative(run._natural_residual())
+    for best in (full, 1e-3 * full):
+        run.best = best
+        run._settle()
+    assert asked == [full, pytest.approx(0.1 * full)]
+
+
 @pytest.mark.parametrize(("left", "taken"), [(0.04, True), (0.06, False)])
 def test_what_is_far_better_than_before_is_taken(
     monkeypatch: pytest.MonkeyPatch, left: float, taken: bool

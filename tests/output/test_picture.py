@@ -166,6 +166,7 @@ def test_without_a_driver_one_warning_and_no_picture(blind, elastic, report, tmp
     monkeypatch.setattr(view, "read_scenery", lambda directory: None)
     with pytest.raises(InstallationError, match="libEGL"):
         view.view(tmp_path, tmp_path)
+    monkeypatch.setattr(view.Recorded, "of", lambda directory: None)
     with pytest.raises(InstallationError, match="--png"):
         view.view(tmp_path)
 

@@ -440,7 +440,7 @@ class NewtonRun:
         if self.settings.grip:
             return False
         residual = self._natural_residual()
-        error = self._relative(residual)
+        error = min(self._relative(residual), _REBOUND * self.best)
         settled = self.settling.settle(
             residual, self.impulse, self.rigid_velocity, error, self.wanted, self.until
         )
@@ -602,6 +602,8 @@ _GRIP = 3e-2  # first κ
 _LOOSER, _TIGHTER = 0.5, 4.0  # factors on κ after a round that ends, and one that does not
 _AHEAD = 0.5  # share of how far the last round came, at which the next one starts
 _GRIPPED = 10  # steps in which it should
+# Times the best error so far: a step that leaves more rebounds, and does not tell how exact parts need to be.
+_REBOUND = 100.0
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _SOFT = 1e-6  # first ε, relative to the compliance that B sees

@@ -38,7 +38,8 @@ def gauss_planes(
     -------
     Polygon (q,), place in its plane (q, d - 1), weight (q,) and facets of both sides (q, 2) of the points.
     """
-    polygon, basis = planes.polygon, planes.frame[:, 1:]
+    # one layout, of a single plane too: else the loop would be compiled once more
+    polygon, basis = planes.polygon, np.ascontiguousarray(planes.frame[:, 1:])
     if polygon.shape[2] == 1:
         return gauss_lines(polygon, planes.origin, basis[:, 0], facets, ranges, len(rules[0][0]))
     return _many_areas(  # type: ignore[no-any-return]

@@ -114,7 +114,7 @@ def mpa(stress: float) -> str:
 
 def joule(energy: float) -> str:
     """An energy of a square metre in words."""
-    return f"{energy:z.2f} J/m²"
+    return f"{energy:.2f} J/m²"
 
 
 def picture(name: str, law: Law, tests: Specimen) -> Path:

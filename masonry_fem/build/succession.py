@@ -43,6 +43,7 @@ RELEASED = "released"
 NEAR = 0.25  # of the model's length: how far a contact goes on from an old one of the same stones
 ALIKE = 1e-9  # of a mass: what may be rounding
 SHOWN = 3  # differences that a message names
+SUPPORT = "a support"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     """
     old = _numbers(built, left)
     _refuse_others(built, left, old)
+    _tell_let_go(built, left, old)
     model = _standing(_as_warm(scene, built, base, left, old), left, old)
     model, origin = _with_contacts(scene, built, base, model, left, old)
     bodies = tuple(
@@ -120,24 +122,23 @@ def _numbers(built: Built, left: Left) -> IntArray:
     return np.array([known.get(block.name, -1) for block in built.stones.assembly.blocks], dtype=np.int64)
 
 
+def _kinds(stones: Stones) -> np.ndarray:
+    """As what each block is computed, in words, shape (b,)."""
+    return np.array([fidelity or SUPPORT for fidelity in stones.fidelity])
+
+
 def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     """Refuse stones that are not those of the same name that were left."""
     here = np.flatnonzero(old >= 0)
     there = old[here]
-    was, now = (
-        np.array(stones.fidelity, dtype=object)[places]
-        for stones, places in ((left.stones, there), (built.stones, here))
-    )
+    was, now = _kinds(left.stones)[there], _kinds(built.stones)[here]
     before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]
-    let_go, stops = was == None, (was == "rigid") & (now == None)  # noqa: E711 - of arrays
+    let_go, stops = was == SUPPORT, (was == "rigid") & (now == SUPPORT)
     other = (was != now) & ~let_go & ~stops
     heavier = ~other & ~let_go & ~stops & (np.abs(mass - before) > ALIKE * before)
     gone = _elsewhere(built, left, here, there)
     names = [built.stones.assembly.blocks[block].name for block in here]
-    told = [
-        f"'{names[k]}' was {was[k] or 'a support'}, and is {now[k] or 'a support'}"
-        for k in np.flatnonzero(other)
-    ]
+    told = [f"'{names[k]}' was {was[k]}, and is {now[k]}" for k in np.flatnonzero(other)]
     told += [f"'{names[k]}' had another shape or place" for k in np.flatnonzero(gone)]
     told += [
         f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in np.flatnonzero(heavier)
@@ -147,7 +148,13 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
             "Expected stones of the same names as they were; give others other names"
         )
-    freed = [f"'{names[k]}'" for k in np.flatnonzero(let_go & (now != None))]  # noqa: E711
+
+
+def _tell_let_go(built: Built, left: Left, old: IntArray) -> None:
+    """Tell which blocks were supports and are none: one may have been forgotten."""
+    here = np.flatnonzero(old >= 0)
+    free = (_kinds(left.stones)[old[here]] == SUPPORT) & (_kinds(built.stones)[here] != SUPPORT)
+    freed = [f"'{built.stones.assembly.blocks[block].name}'" for block in here[free]]
     if freed:
         were = "was a support and is" if len(freed) == 1 else "were supports and are"
         remark(

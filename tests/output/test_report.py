@@ -314,15 +314,21 @@ def test_what_rounding_makes_of_the_energy_of_a_structure_at_rest_is_no_fault():
     assert "Balance of energy is 4.0e-01, as rounding alone makes it (good: up to 2e+01)" in light.answer
 
 
-@pytest.mark.slow
-def test_a_browser_shows_the_model_without_an_error(arch):
-    """Its legend is written by the viewer once the model is drawn."""
+@pytest.fixture(scope="module")
+def chromium():
+    """A command that starts it."""
     command = browser()
     if command is None:
         pytest.skip("needs Chromium")
+    return command
+
+
+@pytest.mark.slow
+def test_a_browser_shows_the_model_without_an_error(arch, chromium):
+    """Its legend is written by the viewer once the model is drawn."""
     _, out = arch
     done = subprocess.run(
-        [command, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--dump-dom",
+        [chromium, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--dump-dom",
          "--enable-unsafe-swiftshader", "--enable-logging=stderr", "--virtual-time-budget=5000",
          f"--user-data-dir={out / 'profile'}", f"file://{out / 'report.html'}"],
         capture_output=True, text=True, timeout=120, check=True, env=os.environ | {"HOME": str(out)},
@@ -333,21 +339,15 @@ def test_a_browser_shows_the_model_without_an_error(arch):
 
 
 @pytest.mark.slow
-def test_a_hundred_clicks_name_stones_and_make_no_error(arch):
-    command = browser()
-    if command is None:
-        pytest.skip("needs Chromium")
+def test_a_hundred_clicks_name_stones_and_make_no_error(arch, chromium):
     _, out = arch
-    told = clicked(command, out / "report.html")
+    told = clicked(chromium, out / "report.html")
     assert told.errors == ()
     assert {f"arch.v{number:02}" for number in range(1, 8)} <= set(told.named)
 
 
 @pytest.mark.slow
-def test_a_click_on_a_row_shows_the_stone_in_the_model(arch):
-    command = browser()
-    if command is None:
-        pytest.skip("needs Chromium")
+def test_a_click_on_a_row_shows_the_stone_in_the_model(arch, chromium):
     _, out = arch
     click = r"""<script>setTimeout(() => {
       const rows = [...document.querySelectorAll("#stones tbody tr")];
@@ -357,6 +357,6 @@ def test_a_click_on_a_row_shows_the_stone_in_the_model(arch):
       document.body.insertAdjacentHTML("beforeend", `<output id="row">${name} ${chosen}</output>`);
     }, 500);</script></body>"""
     text = (out / "report.html").read_text(encoding="utf-8").replace("</body>", click, 1)
-    page, log = opened(command, text)
+    page, log = opened(chromium, text)
     assert "CONSOLE" not in log
     assert '<output id="row">arch.v03 1</output>' in page

@@ -81,7 +81,7 @@ class Equilibrium(Strategy, frozen=True, kw_only=True, tag="equilibrium"):
         return self.balanced(report) and report.inertial_share(self.step) <= self.tolerance
 
     def balanced(self, report: StepReport) -> bool:
-        """By the first two."""
+        """Forces balance and joints obey their laws, whether or not blocks move."""
         return max(report.static_balance, report.natural_map) <= self.tolerance
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:

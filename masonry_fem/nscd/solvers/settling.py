@@ -200,7 +200,7 @@ def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
         rest = _Rest(cluster, aim.held, SolverSettings(tolerance=wanted, time_limit=left), enough)
         found = rest.best()
         solves += rest.linear_solves
-        if found.quality.error <= max(enough, BETTER * _error(cluster)):
+        if found.quality.error <= enough or found.quality.error <= BETTER * _error(cluster):
             impulse[cluster.contacts], settled = found.impulse, True
             rigid_velocity[cluster.bodies] = found.rigid_velocity
     return Rested(impulse, rigid_velocity, settled, solves)

@@ -85,7 +85,7 @@ class RigidBrittle(Law):
         broken = trial.broken | torn | opened | slid
         sheared = np.divide(shear, strength, out=np.zeros(c), where=strength > 0)
         demand = np.maximum(sheared, np.divide(pulled, tension, out=np.zeros(c), where=tension > 0))
-        lost = np.where(broken & ~state.broken, self.stored(state, area), 0.0)
+        lost = np.where(broken & ~state.broken, np.maximum(self.stored(state, area), 0.0), 0.0)
         after = replace(
             state,
             jump=end,

@@ -21,7 +21,7 @@ def bare_machine(tmp_path, repository):
         (commands / name).write_text(f"#!{shutil.which('sh')}\n{script}\n")
         (commands / name).chmod(0o755)
 
-    def prepare() -> str:
+    def prepare(*, linked: bool = False) -> str:
         done = subprocess.run(
             [commands / "sh", tmp_path / "tools" / "prepare", "fenicsx"],
             env={"PATH": str(commands), "LC_ALL": os.environ.get("LC_ALL", "C.UTF-8")},
@@ -30,11 +30,33 @@ def bare_machine(tmp_path, repository):
             check=False,
         )
         assert done.returncode == 1
-        assert not (tmp_path / ".venv").exists()
+        assert (tmp_path / ".venv").exists() == linked
         assert "Traceback" not in done.stdout + done.stderr
         return done.stderr.strip()
 
     return add, prepare
+
+
+def test_an_environment_of_another_checkout(bare_machine, tmp_path):
+    _, prepare = bare_machine
+    other = tmp_path / "other"
+    (other / ".venv" / "bin").mkdir(parents=True)
+    (other / "tools").mkdir()
+    (other / "tools" / "prepare").touch()
+    (tmp_path / ".venv").symlink_to(other / ".venv")
+    message = prepare(linked=True)
+    assert message.startswith(f"masonry_fem: .venv is a symbolic link to that of {other}, ")
+    assert "rm .venv" in message
+    assert "\n" not in message
+    assert not list((other / ".venv" / "bin").iterdir())
+
+
+def test_a_link_to_an_environment_of_its_own(bare_machine, tmp_path):
+    """It is somewhere else, as on a larger disk: what is missing next is told."""
+    _, prepare = bare_machine
+    (tmp_path / "disk" / "venv").mkdir(parents=True)
+    (tmp_path / ".venv").symlink_to(tmp_path / "disk" / "venv")
+    assert prepare(linked=True).startswith("masonry_fem: no C compiler (cc)")
 
 
 def test_no_compiler(bare_machine):

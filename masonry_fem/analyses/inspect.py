@@ -7,7 +7,7 @@ from pathlib import Path
 import psutil
 from msgspec import structs
 
-from masonry_fem.analyses.run.stages import check_stages
+from masonry_fem.analyses.run.stages import check_stages, of_stage
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build import build
 from masonry_fem.build.foresight import memory_of_run
@@ -56,7 +56,10 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
     SceneError : It contradicts itself, or a file of it cannot be read.
     """
     if scene.stages:
-        found = [check_scene(own, base) for own in check_stages(scene, Path(base))]
+        found = []
+        for stage, own in zip(scene.stages, check_stages(scene, Path(base)), strict=True):
+            with of_stage(stage.name):
+                found.append(check_scene(own, base))
         largest = max(found, key=lambda one: (one.unknowns, one.blocks))
         return structs.replace(largest, title=scene.title, most_steps=sum(one.most_steps for one in found))
     built = build(check(scene, base=base), Path(base), solved=False)

@@ -17,7 +17,7 @@ from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.contact.update import picked
 from masonry_fem.errors import ExtensionError, GeometryError
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import counted, remark
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -146,9 +146,10 @@ def _tell_round(assembly: Assembly, spots: Sequence[Spots]) -> None:
         blocks = [assembly.blocks[side.block].name for side in patch.sides]
         remark(
             "round_faces",
-            f"round faces touch in {len(found)} places, worst between '{blocks[0]}' and '{blocks[1]}', in "
-            f"facets that do not coincide and miss the arcs by up to {rise:.2g} m: contacts take the "
-            "faces for as round as their facets turn; halve the elements to have a quarter of that",
+            f"round faces touch in {counted(len(found), 'place')}, worst between '{blocks[0]}' and "
+            f"'{blocks[1]}', in facets that do not coincide and miss the arcs by up to {rise:.2g} m: "
+            "contacts take the faces for as round as their facets turn; halve the elements to have a "
+            "quarter of that",
             *blocks,
         )
 

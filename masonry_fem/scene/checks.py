@@ -33,6 +33,7 @@ from masonry_fem.scene.specs import (
     Spec,
     Structure,
 )
+from masonry_fem.scene.stages import predecessor, stage_scenes
 
 NEARLY = 1e-12  # of a squared cosine: directions that differ by less are one
 
@@ -297,8 +298,7 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
     if not (base / name).is_file():
         folder = (base / name).parent
         files = folder.iterdir() if folder.is_dir() else ()
-        # scenes name no scenes
-        beside = [one.name for one in files if one.suffix != ".toml" and one.is_file()]
+        beside = [one.name for one in files if one.suffix == Path(name).suffix and one.is_file()]
         raise wrong(path, name, f"an existing file in '{base}'", nearest(Path(name).name, beside))
 
 
@@ -308,6 +308,7 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
 def _doubts(scene: Scene) -> Iterator[str]:
     yield from _dragged(scene)
     yield from _light(scene)
+    yield from _weightless(scene)
     if not _driven(scene):
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from material_doubts(scene)
@@ -347,6 +348,18 @@ def _light(scene: Scene) -> Iterator[str]:
             f"loads.gravity does not act in {listed(light)} of the combinations; if it should, name it in "
             "their factors: gravity = 1.0"
         )
+
+
+def _weightless(scene: Scene) -> Iterator[str]:
+    """Stages whose loads take the place of gravity, too."""
+    had = {None: scene.loads.gravity is not None}
+    for stage, own in stage_scenes(scene):
+        had[stage.name] = own.loads.gravity is not None
+        if had[predecessor(scene, stage)] and not had[stage.name]:
+            yield (
+                f"nothing weighs any more in stage '{stage.name}': its loads take the place of all loads, "
+                f"and have no gravity; if it should act, give it again in stages.{stage.name}.loads.gravity"
+            )
 
 
 def _driven(scene: Scene) -> bool:

@@ -15,6 +15,7 @@ from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.analyses.run.resume import resume
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.history import History
+from masonry_fem.output.report.stages import stages
 from masonry_fem.scene import loads
 from tests.analyses.test_resume import bits, files
 
@@ -211,7 +212,7 @@ def test_mortar_that_hardens_begins_without_stress(tmp_path):
     [
         ("stages.1.name='built'", r"stages\.1\.name.*a name of its own"),
         ("stages.1.after='struck'", r"stages\.1\.after.*none in the first|an earlier stage"),
-        ("stages.1.without=['vault.*']", r"without\.0 = 'vault\.\*' selects no block"),
+        ("stages.1.without=['vault.*']", r"stage 'struck': without\.0 = 'vault\.\*' selects no block"),
         ("stages.1.analysis.start='there'", r"stages\.1\.analysis\.start"),
         ("stages.1.joints=[{ friction = -1.0 }]", "friction"),
     ],
@@ -219,6 +220,7 @@ def test_mortar_that_hardens_begins_without_stress(tmp_path):
 def test_what_is_wrong_with_stages_is_told(extra, sentence, tmp_path):
     with pytest.raises(MasonryError, match=sentence):
         run(loads(ARCH + STRUCK, [extra]), tmp_path)
+    assert not list(tmp_path.iterdir())  # before the first stage takes its time
 
 
 def test_analyses_of_one_structure_refuse_stages(tmp_path):
@@ -234,7 +236,7 @@ def test_stages_are_checked_without_being_run(tmp_path):
     found = check_scene(loads(ARCH + STRUCK), tmp_path)
     assert found.blocks == 20
     assert found.most_steps == 6
-    with pytest.raises(MasonryError, match="selects no block"):
+    with pytest.raises(MasonryError, match=r"stage 'struck': without\.0 .* selects no block"):
         check_scene(loads(ARCH + STRUCK, ["stages.1.without=['vault.*']"]), tmp_path)
 
 
@@ -288,6 +290,12 @@ def test_a_support_that_a_stage_leaves_out_is_told(tmp_path):
     assert told.sentence.startswith(
         "'left' was a support and is none now; supports of a stage take the place"
     )
+    _, sunk = stages(tmp_path, json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["stages"])
+    # by name: 'right' stands first in the second stage
+    assert sunk["changes"] == [
+        "supports left on: no longer left",
+        "supports right motion.displacement: 0, -0.01",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -381,6 +381,11 @@ def test_python_objects_get_the_same_messages(changes, expected):
             "[[joints]]\nlaw = {kind = 'mohr_coulomb', cohesion = 1e5, residual_friction = 0.9}\n[loads]",
             "joints.0.law.residual_friction 0.9 exceeds the friction 0.6",
         ),
+        (
+            "[loads]",
+            "[[stages]]\nname = 'hung'\n[[stages.loads.accelerations]]\nvector = [1.0, 0.0]\n[loads]",
+            "nothing weighs any more in stage 'hung'",
+        ),
     ],
 )
 def test_what_is_seldom_meant_is_a_warning(arch, caplog, old, new, doubt):

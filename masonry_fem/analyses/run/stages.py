@@ -11,7 +11,8 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import structs
 
+from masonry_fem.build import build
+from masonry_fem.errors import MasonryError
 from masonry_fem.host.atomic import write_records
 from masonry_fem.host.phases import counted
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
@@ -51,7 +54,10 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
     ------
     MasonryError : A stage cannot be built, or another process writes there.
     """
-    check_stages(scene, base)
+    for stage, own in zip(scene.stages, check_stages(scene, base), strict=True):
+        # what a stage's selectors and files lack is told before the first one takes its time
+        with gathered(aloud=False), of_stage(stage.name):
+            build(own, base, solved=False)
     refuse_busy(out)
     names = [stage.name for stage in scene.stages]
     keeps = [CHECKPOINT, *(f"{name}/" for name in names)] if goes_on else []
@@ -67,7 +73,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                     continue
                 # rules of joints that an earlier stage had may have lost theirs with blocks that are gone
                 old_rules = () if after is None or stage.joints is not None else ("idle_joint",)
-                with muted(*old_rules):
+                with muted(*old_rules), of_stage(stage.name):
                     result = run(_starting(own, after, out, base), out / stage.name, kept)
                 end = result.summary
                 told.append(
@@ -97,6 +103,21 @@ def check_stages(scene: specs.Scene, base: Path) -> list[specs.Scene]:
     checked = check(scene, base=base)
     with gathered(aloud=False):  # what is seldom meant is told when a stage runs
         return [check(own, base=base, source=f"stage '{stage.name}'") for stage, own in stage_scenes(checked)]
+
+
+@contextmanager
+def of_stage(name: str) -> Iterator[None]:
+    """Name the stage in the errors that its scene makes meanwhile.
+
+    Parameters
+    ----------
+    name : Of the stage.
+    """
+    try:
+        yield
+    except MasonryError as error:
+        error.args = (f"stage '{name}': {error}",)
+        raise
 
 
 def _starting(scene: specs.Scene, after: str | None, out: Path, base: Path) -> specs.Scene:

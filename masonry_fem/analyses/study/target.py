@@ -81,8 +81,9 @@ def _unknown(pattern: str, comparisons: Sequence[Comparison]) -> MasonryError:
             f"--quantity {pattern}: the reference does not have it, so that nothing can be compared; "
             "take one of the cells as the reference, or another quantity"
         )
+    near = nearest(pattern, [*present, *(name.split(".")[0] for name in present)])
     known = listed(present) or "none, as no cell was solved"
-    return MasonryError(f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}")
+    return MasonryError(f"--quantity {pattern}: no such quantity{near}; known: {known}")
 
 
 def _target(label: str, names: list[str]) -> Target:

@@ -33,12 +33,20 @@ def _tables(name: str, value: Any) -> Iterator[tuple[str, list[tuple[str, str]]]
         for key, part in value.items():
             yield from _tables(f"{name}.{key}", part)
     elif isinstance(value, list) and _are_tables(value):
-        for number, part in enumerate(value):
-            yield f"{name} {number + 1}" if len(value) > 1 else name, list(_rows(part))
+        for called, part in zip(_called(value), value, strict=True):
+            yield f"{name} {called}".rstrip(), list(_rows(part))
     elif isinstance(value, dict):
         yield name, list(_rows(value))
     else:
         yield name, [("", _words("", value))]
+
+
+def _called(parts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What each of several tables is called: its name or what it is on, whatever others come and go."""
+    names = [str(part.get("name") or part.get("on") or "") for part in parts]
+    if all(names) and len(set(names)) == len(names):
+        return names
+    return [str(number + 1) if len(parts) > 1 else "" for number in range(len(parts))]
 
 
 def _are_tables(values: Collection[Any]) -> bool:

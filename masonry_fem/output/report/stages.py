@@ -40,7 +40,8 @@ def _settings(folder: Path) -> dict[tuple[str, str], str]:
         scene = tomllib.loads((folder / "as_run.toml").read_text(encoding="utf-8"))
     except (OSError, tomllib.TOMLDecodeError):
         return {}
-    scene.get("analysis", {}).pop("start", None)  # said by ``after``
+    analysis = scene.setdefault("analysis", {"kind": "statics"})  # unless the scene says otherwise
+    analysis.pop("start", None)  # said by ``after``
     found = {(table, key): value for table, rows in settings(scene) for key, value in rows}
     if gone := scene.get("without"):
         found["blocks that are not there", ""] = ", ".join(gone)

@@ -207,7 +207,10 @@ def test_a_misspelt_quantity_is_told_those_that_are_there() -> None:
     made = rows(vary, lambda h: 1 + h, lambda h: 1.0, "thrust.left")
     wanted = Reference.of(None, vary)
     comparisons = [compare(made, vary, wanted, ["thurst"])]
-    with pytest.raises(MasonryError, match=r"--quantity thurst: no such quantity.*known: 'thrust.left'"):
+    with pytest.raises(
+        MasonryError,
+        match=r"--quantity thurst: no such quantity; did you mean 'thrust'\?; known: 'thrust.left'",
+    ):
         targets(comparisons, ["thurst"])
 
 

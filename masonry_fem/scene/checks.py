@@ -352,7 +352,7 @@ def _light(scene: Scene) -> Iterator[str]:
 
 def _weightless(scene: Scene) -> Iterator[str]:
     """Stages whose loads take the place of gravity, too."""
-    had = {None: scene.loads.gravity is not None}
+    had: dict[str | None, bool] = {None: scene.loads.gravity is not None}
     for stage, own in stage_scenes(scene):
         had[stage.name] = own.loads.gravity is not None
         if had[predecessor(scene, stage)] and not had[stage.name]:

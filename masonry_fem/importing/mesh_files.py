@@ -10,6 +10,7 @@ For other files see ``volumes``, ``abaqus``, ``surfaces`` and ``compas``.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -110,9 +111,29 @@ def _meshed(
         tags, positions = node_positions(gmsh)
         bodies = _distinct(_bodies(gmsh, dimension, spec), title)
         named = _named_facets(gmsh, dimension, spec.path)
+    _doubt_inner_names(named, bodies, title)
     points = _placed(spec, positions, dimension, title)
     shapes = [_shape(spec, body, tags, points, named) for body in bodies]
     return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
+
+
+def _doubt_inner_names(named: dict[tuple[int, ...], str], bodies: list[_Body], title: str) -> None:
+    """Remark named facets that are none of the bodies' outer ones: the faces have their name in part only."""
+    if not named:
+        return
+    outer: set[tuple[int, ...]] = set()
+    for body in bodies:
+        kind = body.elements.kind
+        facets = boundary_facets(body.elements.nodes, kind)[:, : corner_count(FACET_OF[kind])]
+        outer |= set(map(tuple, np.sort(facets, axis=1).tolist()))
+    if lost := Counter(name for row, name in named.items() if row not in outer):
+        told = ", ".join(f"'{name}' {many}" for name, many in lost.items())
+        remark(
+            "names_inside",
+            f"{title}: some facets of named surfaces are on the outside of no block (of {told}), as where "
+            "elements beside them have other diagonals or nodes; loads, supports and joints that ask for "
+            "these names miss parts of the faces; mesh surfaces and volumes together",
+        )
 
 
 def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> list[tuple[Shape, bool]]:

@@ -14,6 +14,7 @@ from masonry_fem.fem.lagrange import lagrange, quadrature
 from masonry_fem.importing.mesh_files import read
 from masonry_fem.meshing.cells import turned
 from masonry_fem.meshing.session import session
+from masonry_fem.records.remark import gathered
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.structures.file import FileStructure
 from tests.meshing.test_meshing import check
@@ -215,6 +216,24 @@ def test_mirrored_block_is_turned(tmp_path: Path) -> None:
     path.write_text("\n".join(lines))
     made = reading(path)
     assert made.shapes[0].solid.mass_properties().volume == pytest.approx(1 / 6)
+
+
+def test_named_facets_that_no_block_has_outside_are_told(tmp_path: Path) -> None:
+    """A square is named by two triangles along one diagonal; its tetrahedra may part it by the other."""
+    nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, -1]])
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat"]
+    lines += ["$PhysicalNames", "2", '2 7 "top"', '3 8 "stone"', "$EndPhysicalNames", "$Nodes", "5"]
+    lines += [f"{i + 1} {x} {y} {z}" for i, (x, y, z) in enumerate(nodes)]
+    lines += ["$EndNodes", "$Elements", "4", "1 4 2 8 1 1 3 2 5", "2 4 2 8 1 1 4 3 5"]
+    for diagonal, lost in ((("1 2 3", "1 3 4"), False), (("1 2 4", "2 3 4"), True)):
+        path = tmp_path / "pyramid.msh"
+        named = [f"{3 + i} 2 2 7 2 {row}" for i, row in enumerate(diagonal)]
+        path.write_text("\n".join([*lines, *named, "$EndElements", ""]))
+        with gathered() as remarks:
+            solid = reading(path).shapes[0].solid
+        assert [one.code for one in remarks] == ["names_inside"] * lost
+        assert ("top" in solid.labels) == (not lost)
+    assert "(of 'top' 2)" in remarks[0].sentence
 
 
 @pytest.mark.parametrize("element", ["P1", "P2"])

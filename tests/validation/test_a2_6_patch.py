@@ -45,6 +45,16 @@ def test_a2_6_triangles_on_squares(d: int, one: str, two: str) -> None:
     assert_uniform(*pressed(d, 3, 2, elements=(one, two)), d)
 
 
+def test_vertices_of_quadratic_triangles_have_no_area() -> None:
+    """Exactly none, not what rounding leaves of ∫ N, over which tractions and laws would divide forces."""
+    result, error = pressed(3, 2, 2, "nodes", elements=("P2", "P2"))
+    area = result.built.model.contacts.area
+    assert error < 1e-8
+    # nine vertices, whose functions integrate to 0, and sixteen middles of edges
+    assert (np.sort(area)[:9] == 0.0).all()
+    assert np.sort(area)[9:] == pytest.approx([1 / 24] * 8 + [1 / 12] * 8)
+
+
 FACES = """
 Physical Volume("stone") = Volume{:};
 s[] = Surface In BoundingBox{-1, -1, $z - 0.01, 2, 2, $z + 0.01}; Physical Surface("bottom") = {s[]};

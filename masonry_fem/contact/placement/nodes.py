@@ -28,7 +28,7 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 SMALLEST = 1e-9  # of the polygon: an area below it is rounding
-LOST = 1e-12  # of it: less is not handed on
+LOST = 1e-12  # of it: less is none, as of the vertices of quadratic triangles, and not handed on
 ORDER = 3  # Gauss points in a direction on facets of second order
 SAME = 1e-6  # of the polygon's size: two points nearer than that are one
 NEAR = 0.1  # of a facet's size: a corner that is farther from all points gets one of its own
@@ -415,7 +415,7 @@ def _shared(
         for f in range(len(rows)):
             if lost[f] != 0:
                 _hand_on(lost[f], rows[f] - start, bears, own[start:end], middle[f], area)
-    return area, beyond
+    return np.where(np.abs(area) > LOST * whole, area, 0.0), beyond
 
 
 @compiled

@@ -167,13 +167,14 @@ class Leader(Alone):
     Attributes
     ----------
     held : What callers know of what ranks keep, by the same names.
+    busy : Ranks are at work that they were called for: none of them can be called for other work.
     """
 
     def __init__(self, comm: Any) -> None:
         self.size = int(comm.size)
         self.held: dict[str, Any] = {}
         self._member = Member(comm)
-        self._amiss = False
+        self.busy = False
 
     def call(self, work: Work, shares: Sequence[Any]) -> list[Any]:
         """Results of all ranks.
@@ -188,7 +189,7 @@ class Leader(Alone):
         Exception : What ``together`` has raised.
         """
         comm = self._member.comm
-        self._amiss = True
+        self.busy = True
         self._member.meet()
         with self._member.on(OUT):
             packed = [pickle.dumps((work, share), protocol=5) for share in shares[1:]]
@@ -199,7 +200,7 @@ class Leader(Alone):
             told = comm.gather(b"")
         self._member.spent[IN].received += sum(map(len, told))
         results = [made, *map(pickle.loads, told[1:])]
-        self._amiss = False
+        self.busy = False
         if failure is not None:
             raise failure
         return results
@@ -211,7 +212,7 @@ class Leader(Alone):
     def end(self, code: int) -> None:
         """Let all ranks end; where one was left in the midst of work, with an exit code and at once."""
         comm = self._member.comm
-        if self._amiss:
+        if self.busy:
             _abort(comm, code)
         self._member.meet()
         comm.scatter([pickle.dumps((None, None))] * self.size)

@@ -61,7 +61,7 @@ class Part:
         outer = np.where(inside[:, None], 0.0, impulse)
         velocity = whole.velocity(outer, np.where(chosen[:, None], 0.0, rigid_velocity))
         pushed = whole.rigid_impulse + whole.body_impulse(outer)
-        beside = replace(whole, free_velocity=velocity, rigid_impulse=pushed, structure=Structure(alone=True))
+        beside = replace(whole, free_velocity=velocity, rigid_impulse=pushed, structure=Structure())
         numbers = np.arange(whole.count), np.arange(whole.body_count)
         every = cls(beside, *numbers, whole.bodies, impulse, rigid_velocity)
         return every._only(np.flatnonzero(inside), np.flatnonzero(chosen))
@@ -97,7 +97,7 @@ class Part:
             rigid_mass=whole.rigid_mass[bodies],
             rigid_impulse=whole.rigid_impulse[bodies],
             rigid_velocity=whole.rigid_velocity[bodies],
-            structure=Structure(alone=True),
+            structure=Structure(),
         )
         return Part(
             problem,

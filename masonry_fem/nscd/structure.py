@@ -31,14 +31,12 @@ class Structure:
     factor : The last factor of such a matrix.
     factored : An iteration in place of a factor took too long: there are factors only from then on.
     bodies : The last matrix of bodies with modes, and its factor's order of elimination.
-    alone : The problem is a part of one that ranks share; one of them solves it.
     """
 
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
     factored: bool = False
     bodies: tuple[sparse.csr_array, Mumps] | None = None
-    alone: bool = False
 
     def empty(self) -> None:
         """Keep no matrices: they are as large as all that is known of the contacts."""

@@ -223,7 +223,7 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     start = sliding(problem)
     assert start.impulse is not None
     assert start.rigid_velocity is not None
-    clock = iter([0.0] * (2 + in_time) + [2e3] * 8)
+    clock = iter([0.0] * in_time + [2e3] * 8)
     monkeypatch.setattr(settling, "MOST", 1.0)
     monkeypatch.setattr(settling, "monotonic", lambda: next(clock))
     parts = NewtonRun(problem, ProximalNewton(), start).settling
@@ -231,14 +231,6 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     settled = parts.settle(residual, start.impulse, start.rigid_velocity, 1.0, 1e-8, until=1e3)
     motion = start.rigid_velocity if settled is None else settled[1]
     assert (motion != start.rigid_velocity).any(axis=1).sum() == in_time
-
-
-def test_a_part_is_solved_on_one_rank() -> None:
-    problem, _ = boards(3)
-    chosen = np.array([True, False, False])
-    part = Part.of(problem, chosen, np.zeros_like(problem.free_velocity), problem.rigid_velocity)
-    assert part.problem.structure is not None
-    assert part.problem.structure.alone
 
 
 class Two(Leader):
@@ -250,7 +242,7 @@ class Two(Leader):
 
     def call(self, work, shares):
         member = MagicMock(together=lambda local: local())
-        self.loads.append([sum(group.problem.count for group in groups) for groups, _ in shares])
+        self.loads.append([sum(group.problem.count for group in groups) for groups, *_ in shares])
         return [work(member, pickle.loads(pickle.dumps(share))) for share in shares]
 
 
@@ -271,6 +263,24 @@ def test_ranks_share_what_comes_to_rest_by_itself(monkeypatch: pytest.MonkeyPatc
     ((first, second),) = ranks.loads
     assert first + second == problem.count
     assert abs(first - second) <= problem.count / 9
+
+
+@pytest.mark.parametrize(("least", "loads"), [(0, []), (SUPPORTS, [[SUPPORTS, 0]])])
+def test_a_part_larger_than_a_share_is_solved_by_all_ranks(
+    monkeypatch: pytest.MonkeyPatch, least: int, loads: list[list[int]]
+) -> None:
+    """The rank that leads solves it, and calls for the others in its linear systems."""
+    problem, _ = boards(1)
+    start, ranks = sliding(problem), Two()
+    monkeypatch.setattr(settling, "MOST", 1.0)
+    monkeypatch.setattr(settling, "CONTACTS", least)
+    monkeypatch.setattr(settling, "team", lambda: ranks)
+    parts = NewtonRun(problem, ProximalNewton(), start).settling
+    settled = parts.settle(
+        np.ones_like(problem.free_velocity), start.impulse, start.rigid_velocity, 1.0, 1e-8
+    )
+    assert settled is not None
+    assert ranks.loads == loads
 
 
 def test_a_rebound_does_not_tell_how_exact_parts_are(monkeypatch: pytest.MonkeyPatch) -> None:

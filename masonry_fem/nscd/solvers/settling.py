@@ -35,11 +35,13 @@ from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS
 
 if TYPE_CHECKING:
     from masonry_fem.nscd.methods.newton import ProximalNewton
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 # A part is made of the bodies without which this share of the residual is left: the first share that makes
 # a part of no more than so many of all contacts.
@@ -97,11 +99,10 @@ class Settling:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
         size = float(np.linalg.norm(impulse)) or 1.0
-        seconds = None if until is None else max(until - monotonic(), _NO_TIME)
-        aim = Aim(self.held, size, error, wanted, seconds)
+        aim = Aim(self.held, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
-        for group, found in zip(groups, _rested(groups, aim), strict=True):
+        for group, found in zip(groups, _rested(groups, aim, until), strict=True):
             self.linear_solves += found.linear_solves
             impulse[group.contacts], rigid_velocity[group.bodies] = found.impulse, found.rigid_velocity
             settled = settled or found.settled
@@ -117,14 +118,12 @@ class Aim:
     held : The method, which holds slip back.
     size : Norm of the impulses of the whole.
     error, least : Error of the whole, and the one at which it ends.
-    seconds : In which all of them have to end; None: no limit.
     """
 
     held: ProximalNewton
     size: float
     error: float
     least: float
-    seconds: float | None
 
     def errors(self, part: Part) -> tuple[float, float]:
         """Error that is wanted of a part, and the one that will do: of a small part the whole sees little."""
@@ -143,46 +142,53 @@ class Rested(NamedTuple):
     linear_solves: int
 
 
-def _rested(groups: Sequence[Part], aim: Aim) -> list[Rested]:
-    """The states of parts that have nothing to do with each other; several ranks share them.
+def _rested(groups: Sequence[Part], aim: Aim, until: float | None) -> list[Rested]:
+    """The states of parts that have nothing to do with each other.
+
+    Several ranks share them: one that is more than a rank's share is solved for by all together.
 
     Parameters
     ----------
-    groups : The parts. aim : What is asked of them.
+    groups : The parts. aim : What is asked of them. until : As for ``Settling.settle``.
     """
     leader = team()
-    if not isinstance(leader, Leader) or len(groups) < 2:
-        return _one_by_one(groups, aim)
-    its = _dealt([group.problem.count for group in groups], leader.size)
-    shares = [([groups[number] for number in own], aim) for own in its]
-    found: dict[int, Rested] = {}
-    for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
-        found |= dict(zip(own, states, strict=True))
+    if not isinstance(leader, Leader):
+        return [_in_turn(group, aim, until) for group in groups]
+    sizes = np.array([group.problem.count for group in groups])
+    large = sizes > max(CONTACTS, sizes.sum() / leader.size)
+    found = {number: _in_turn(groups[number], aim, until) for number in np.flatnonzero(large).tolist()}
+    others = np.flatnonzero(~large)
+    its = [others[own].tolist() for own in _dealt(sizes[others], leader.size)]
+    shares = [([groups[number] for number in own], aim, _left(until)) for own in its]
+    if len(others):
+        for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
+            found |= dict(zip(own, states, strict=True))
     return [found[number] for number in range(len(groups))]
 
 
-def _dealt(sizes: Sequence[int], ranks: int) -> list[list[int]]:
+def _dealt(sizes: IntArray, ranks: int) -> list[list[int]]:
     """What each rank does of work of some sizes: the largest first, each for the one that has least."""
     its: list[list[int]] = [[] for _ in range(ranks)]
     load = np.zeros(ranks)
-    for number in np.argsort(-np.asarray(sizes), kind="stable").tolist():
+    for number in np.argsort(-sizes, kind="stable").tolist():
         rank = int(load.argmin())
         its[rank].append(number)
         load[rank] += sizes[number]
     return its
 
 
-def _on_rank(member: Member, share: tuple[list[Part], Aim]) -> list[Rested]:
-    """The states of the parts that a rank has got."""
+def _on_rank(member: Member, share: tuple[list[Part], Aim, float | None]) -> list[Rested]:
+    """The states of the parts that a rank has got, and the time that is left for all [s]."""
+    groups, aim, seconds = share
+    until = None if seconds is None else monotonic() + seconds
     with member.on("parts"):
-        found: list[Rested] = member.together(lambda: _one_by_one(*share))
+        found: list[Rested] = member.together(lambda: [_in_turn(group, aim, until) for group in groups])
     return found
 
 
-def _one_by_one(groups: Sequence[Part], aim: Aim) -> list[Rested]:
-    """The states of some parts, one after the other."""
-    until = None if aim.seconds is None else monotonic() + aim.seconds
-    return [_in_turn(group, aim, until) for group in groups]
+def _left(until: float | None) -> float | None:
+    """Time until then [s]; None: no limit."""
+    return None if until is None else max(until - monotonic(), _NO_TIME)
 
 
 def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
@@ -196,8 +202,7 @@ def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
     for chosen in group.clusters():
         cluster = Part.of(group.problem, chosen, impulse, rigid_velocity)
         wanted, enough = aim.errors(cluster)
-        left = None if until is None else max(until - monotonic(), _NO_TIME)
-        rest = _Rest(cluster, aim.held, SolverSettings(tolerance=wanted, time_limit=left), enough)
+        rest = _Rest(cluster, aim.held, SolverSettings(tolerance=wanted, time_limit=_left(until)), enough)
         found = rest.best()
         solves += rest.linear_solves
         if found.quality.error <= enough or found.quality.error <= BETTER * _error(cluster):

@@ -42,7 +42,7 @@ PARTS = "elastic_ranks' parts"  # name of what the leader keeps: ranks of bodies
 def parted(
     problem: ContactProblem, elastic: Mask, body_matrix: BodyMatrix, library: Library
 ) -> Portions | None:
-    """A problem in parts, one for each rank; None where there is one rank, or nothing to part it by.
+    """A problem in parts, one for each rank; None where one rank is all, or solves it, or nothing parts it.
 
     Parameters
     ----------
@@ -50,8 +50,7 @@ def parted(
     """
     leader = team()
     parts = isinstance(problem.operator, Shared) and problem.body_count > 0
-    alone = problem.structure is not None and problem.structure.alone
-    if not isinstance(leader, Leader) or not parts or alone:
+    if not isinstance(leader, Leader) or leader.busy or not parts:
         return None
     return Portions(problem, elastic, body_matrix, library, leader)
 

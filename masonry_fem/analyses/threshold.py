@@ -4,9 +4,9 @@
     found.summary.simulation.stands, found.summary.simulation.falls       # 10.77, 10.7
     found.fall.mechanism.sentence()
 
-A trial is the scene itself with one value of the key, from its start to its end. Either end of the values may
-be the one that stands. What was tried is kept on disk as it becomes known: a second search, or one after a
-kill, goes on with it.
+A trial is the scene itself with one value of the key, from its start to its end; stages before the first one
+that the value changes are run once for all trials. Either end of the values may be the one that stands. What
+was tried is kept on disk as it becomes known: a second search, or one after a kill, goes on with it.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Literal
 
 from masonry_fem.analyses.bracket import Bracket, Verdict
 from masonry_fem.analyses.cells.cell import fingerprint
+from masonry_fem.analyses.cells.history import FOLDER, last_stage
 from masonry_fem.analyses.cells.kept import Kept
 from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.single_run import RunEnd, ask_limit_analysis, run_once
@@ -104,18 +105,21 @@ def threshold(
 
     Raises
     ------
-    MasonryError : The scene cannot be read with these values, or has stages.
+    MasonryError : The scene cannot be read with these values, or has combinations.
     """
     check_share("tolerance", tolerance)
     trials = _Trials(
         Source.of(scene, overrides, Path(scene).resolve().parent), SweptKey.of(key, *between, along)
     )
     folder = trials.source.folder(out, "threshold")
-    with Folder(folder, "threshold", title=trials.scenes[0].title), gathered(aloud=False) as remarks:
+    title, keeps = trials.scenes[0].title, [] if fresh else [f"{FOLDER}/"]
+    with Folder(folder, "threshold", title=title, keeps=keeps), gathered(aloud=False) as remarks:
         kept = Kept(folder, fresh=fresh)
         static = _limit(trials, kept, FINER * tolerance) if limit else None
         guess = None if static is None or static.bracket is None else static.middle
-        runs = _Search(trials, kept, run_once, "simulation", tell)
+        runs = _Search(
+            trials, kept, lambda own, base: run_once(last_stage(own, base, folder), base), "simulation", tell
+        )
         runs.search(tolerance, guess)
     notes = [*trials.notes, *repeated(remarks), *_doubts(runs, static, tolerance)]
     for note in notes:
@@ -145,10 +149,7 @@ class _Trials:
         self.source, self.key = source, key.fitted(source.scene)
         self.scenes = [self.scene(value) for value in (self.key.low, self.key.high)]
         for scene in self.scenes:
-            source.refuse(scene, {
-                "stages": "a threshold is that of one analysis",
-                "combinations": "a threshold is that of one run",
-            })  # fmt: skip
+            source.refuse(scene, {"combinations": "a threshold is that of one run"})
         self.notes: list[str] = []
 
     def scene(self, value: float) -> specs.Scene:
@@ -265,8 +266,12 @@ class _Search:
 def _limit(trials: _Trials, kept: Kept, tolerance: float) -> _Search | None:
     """The threshold of limit analysis, where it has one."""
     scene = trials.scenes[0]
-    if not scene.analysis.seeks_equilibrium or scene.analysis.start is not None:
-        why = "the scene starts where another ended" if scene.analysis.start else "the analysis is in time"
+    why = (
+        "the scene has stages" if scene.stages
+        else "the scene starts where another ended" if scene.analysis.start is not None
+        else "" if scene.analysis.seeks_equilibrium else "the analysis is in time"
+    )  # fmt: skip
+    if why:
         trials.notes.append(f"limit analysis is left out: {why}")
         return None
     found = _Search(trials, kept, ask_limit_analysis, "limit analysis", None)

@@ -130,6 +130,12 @@ def _kinds(stones: Stones) -> np.ndarray:
 def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     """Refuse stones that are not those of the same name that were left."""
     here = np.flatnonzero(old >= 0)
+    if not len(here):
+        known = [f"'{block.name}'" for block in left.stones.assembly.blocks]
+        raise MasonryError(
+            "the scene cannot start from the state that was left: it has none of the stones there, "
+            f"{first_few(known, SHOWN)}. Expected stones of the same names; correct these, or leave it out"
+        )
     there = old[here]
     was, now = _kinds(left.stones)[there], _kinds(built.stones)[here]
     before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]

@@ -63,7 +63,7 @@ def joint_step(
     q += place.bend
     takes_part = ~model.laws.in_velocities | _closed(model, state, scheme, start)
     takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
-    takes_part &= ~snapped_ties(model, state.joints)
+    takes_part &= ~snapped_ties(model, trial)
     active = np.flatnonzero(takes_part)
     bodies, maps = coupling.bodies, rigid_map
     if len(active) < len(q):

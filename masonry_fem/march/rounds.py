@@ -25,6 +25,7 @@ from masonry_fem.march.loads import blend, blend_following, dead_forces, followe
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Forecast, Place
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.ties import snapped_ties
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
 from masonry_fem.nscd.graphs import lengths
 
@@ -216,7 +217,10 @@ class Rounds:
     def _taken(
         self, loading: Loading, place: Place, last: Round | None, ends: tuple[Any, ...]
     ) -> tuple[tuple[Free, ...], Turn, NDArray[np.int64]]:
-        """Steps without contact, the contact problem's solution, and the contacts that took part."""
+        """Steps without contact, the contact problem's solution, and the contacts that took part.
+
+        Where ties snap it is solved again without them: what they held finds its balance within the step.
+        """
         model, coupling, state, scheme = self.model, self.coupling, self.state, self.scheme
         guesses = tuple(
             end if group.nonlinear else None for group, end in zip(model.groups, ends, strict=True)
@@ -230,15 +234,21 @@ class Rounds:
             )
         )
         trial = state.joints if last is None else last.joints
-        conditions = joint_step(
-            model, coupling, state, scheme, free, self.start.contact, place, compliance, trial
-        )
-        self.clock.lap("step")
-        taken = solve_with_laws(
-            model.laws, state.joints, conditions, self.settings, self._guess(conditions.active, last)
-        )
-        self.clock.lap("solve")
-        return free, taken, conditions.active
+        begun: Solution | None = None
+        while True:
+            conditions = joint_step(
+                model, coupling, state, scheme, free, self.start.contact, place, compliance, trial
+            )
+            self.clock.lap("step")
+            taken = solve_with_laws(
+                model.laws, state.joints, conditions, self.settings, self._guess(conditions.active, last)
+            )
+            self.clock.lap("solve")
+            if begun is not None:
+                taken = replace(taken, solution=_summed(begun, taken.solution))
+            trial, begun = taken.trial, taken.solution
+            if not snapped_ties(model, trial)[conditions.active].any():
+                return free, taken, conditions.active
 
     def _guess(self, active: NDArray[np.int64], last: Round | None) -> Start | None:
         """What the contacts' solution starts from."""

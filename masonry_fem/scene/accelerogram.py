@@ -23,6 +23,8 @@ NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 COUNT = re.compile(r"NPTS\s*=\s*(\d+)", re.IGNORECASE)
 STEP = re.compile(rf"DT\s*=\s*{NUMBER}", re.IGNORECASE)
 OLD = re.compile(rf"\s*(\d+)\s+{NUMBER}\s+NPTS\s*,\s*DT", re.IGNORECASE)
+BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
+STATED = {"ms": "ms", "m/s^2": "m/s^2", "m/s/s": "m/s^2", "cm/s^2": "cm/s^2", "gal": "cm/s^2", "g": "g"}
 HEADER = 4  # lines of an .AT2 file before its values
 
 
@@ -45,7 +47,7 @@ def read_accelerogram(path: Path, axis: str, unit: str | None) -> tuple[FloatArr
         raise SceneError(f"{path}: cannot be read as text ({error}); expected an accelerogram") from error
     if is_at2(path.name):
         return _at2(path, lines)
-    times, values = _csv(path, lines, axis)
+    times, values = _csv(path, lines, axis, unit or "m/s^2")
     return times, UNITS[unit or "m/s^2"] * values
 
 
@@ -63,7 +65,9 @@ def _at2(path: Path, lines: list[str]) -> tuple[FloatArray, FloatArray]:
             "'NPTS= 4000, DT= .0100 SEC' as PEER writes it; take the file as it was downloaded, or a CSV file"
         )
     if not (number >= 2 and dt > 0):
-        raise SceneError(f"{path}, line {HEADER}: NPTS = {number}, DT = {dt:g} s, expected 2 values or more")
+        raise SceneError(
+            f"{path}, line {HEADER}: NPTS = {number}, DT = {dt:g} s, expected two values or more, and DT > 0"
+        )
     units = re.search(r"UNITS OF (\S+)", head, re.IGNORECASE)
     if units is not None and units[1].strip(".,").upper() != "G":
         raise SceneError(
@@ -80,12 +84,14 @@ def _at2(path: Path, lines: list[str]) -> tuple[FloatArray, FloatArray]:
     return dt * np.arange(float(number)), UNITS["g"] * np.array(values)
 
 
-def _csv(path: Path, lines: list[str], axis: str) -> tuple[FloatArray, FloatArray]:
+def _csv(path: Path, lines: list[str], axis: str, unit: str) -> tuple[FloatArray, FloatArray]:
     """Time and one of the other columns."""
     told = [(place, _words(line)) for place, line in enumerate(lines, start=1) if _words(line)]
     titles: list[str] = []
     if told and not is_number(told[0][1][0]):
-        titles = [word.strip("\"'").lower() for word in told.pop(0)[1]]
+        line = lines[told.pop(0)[0] - 1]
+        _check_units(path, line, unit)
+        titles = [word.strip("\"'").lower() for word in _words(BRACKETS.sub("", line))]
     if len(told) < 2:
         raise SceneError(f"{path}: holds {len(told)} lines of numbers, expected time [s] and acceleration")
     rows = [_numbers(path, place, words) for place, words in told]
@@ -101,6 +107,17 @@ def _csv(path: Path, lines: list[str], axis: str) -> tuple[FloatArray, FloatArra
     return table[:, 0], table[:, _column(path, titles, width, axis)]
 
 
+def _check_units(path: Path, titles: str, unit: str) -> None:
+    """Refuse units in brackets of a line of titles that are others than those the columns are read in."""
+    for told in BRACKETS.findall(titles):
+        named = STATED.get(told.strip().lower().replace("²", "^2").replace("s2", "s^2"))
+        if named not in (None, unit):
+            raise SceneError(
+                f"{path}: its titles say '{told}', and it is read in s and {unit}; expected the same: "
+                "set 'unit', or write times in s"
+            )
+
+
 def _words(line: str) -> list[str]:
     """What stands in a line before a comment."""
     return line.partition("#")[0].replace(",", " ").replace(";", " ").split()
@@ -110,9 +127,10 @@ def _column(path: Path, titles: list[str], width: int, axis: str) -> int:
     """Which column has the acceleration along an axis: of two the second."""
     if width == 2:
         return 1
-    if axis not in titles or len(titles) != width:
+    found = titles.count(axis)
+    if found != 1 or len(titles) != width:
         raise SceneError(
-            f"{path}: has {width} columns and none titled '{axis}', expected a first line as "
+            f"{path}: has {width} columns and {found or 'none'} titled '{axis}', expected a first line as "
             "'time, x, y, z', or two columns"
         )
     return titles.index(axis)

@@ -61,8 +61,8 @@ def cross_check(scene: Scene, base: Path) -> None:
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """What is allowed but seldom meant, one sentence each."""
-    return tuple(_doubts(scene))
+    """What is allowed but seldom meant, one sentence each; of stages each one's scene has its own."""
+    return () if scene.stages else tuple(_doubts(scene))
 
 
 def records(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, msgspec.Struct]]:

@@ -129,6 +129,24 @@ def test_a_run_that_started_elsewhere_goes_on_with_the_same_bits(tmp_path, monke
         resume(tmp_path / "cut")
 
 
+def test_a_scene_of_other_stones_alone_is_refused(tmp_path):
+    scene = """
+    dimension = 2
+    fidelity = "rigid"
+    materials.stone = { density = 2400 }
+    structures = [{ kind = "stack", name = "pile", material = "stone", size = [1.0, 0.5], count = 2 }]
+    joints = [{ friction = 0.6 }]
+    loads.gravity = [0.0, -9.81]
+    analysis.kind = "statics"
+    output = { pictures = false, checkpoint_steps = 1 }
+    """
+    run(loads(scene), tmp_path / "first")
+    with pytest.raises(
+        MasonryError, match=r"none of the stones there, 'pile\.ground', 'pile\.b1', 'pile\.b2'"
+    ):
+        solve_scene(loads(scene, ["structures.0.name=heap", "analysis.start=first"]), tmp_path)
+
+
 @pytest.mark.parametrize(
     ("override", "sentence"),
     [

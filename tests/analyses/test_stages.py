@@ -223,6 +223,42 @@ def test_what_is_wrong_with_stages_is_told(extra, sentence, tmp_path):
     assert not list(tmp_path.iterdir())  # before the first stage takes its time
 
 
+def test_what_is_wrong_is_told_with_its_stage_and_loads_of_stages_are_loads(tmp_path, caplog):
+    """Here the scene itself has no loads, and the material of a load is known once blocks are made."""
+    one = """
+dimension = 2
+fidelity = "rigid"
+output.pictures = false
+
+[materials.stone]
+density = 2000.0
+
+[[structures]]
+kind = "stack"
+name = "stack"
+material = "stone"
+size = [1.0, 1.0]
+count = 2
+
+[[joints]]
+friction = 0.5
+
+[[stages]]
+name = "built"
+loads.gravity = [0.0, -9.81]
+
+[[stages]]
+name = "warmed"
+
+[[stages.loads.temperatures]]
+material = "granite"
+change = 5.0
+"""
+    with pytest.raises(MasonryError, match=r"stage 'warmed': .*'granite' is that of no free block"):
+        run(loads(one), tmp_path)
+    assert "nothing acts" not in caplog.text
+
+
 def test_analyses_of_one_structure_refuse_stages(tmp_path):
     with pytest.raises(MasonryError, match="this one has stages"):
         collapse(loads(ARCH + STRUCK), tmp_path)

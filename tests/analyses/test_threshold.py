@@ -222,10 +222,80 @@ def test_bad_input_is_named(pier: Path, tmp_path: Path, key: str, between, along
         threshold(pier, key, between, along=along, out=tmp_path / "out")
 
 
-def test_a_scene_with_stages_is_refused(pier: Path, tmp_path: Path) -> None:
-    pier.write_text(PIER + '\n[[stages]]\nname = "one"\n')
-    with pytest.raises(MasonryError, match="stages"):
-        threshold(pier, "joints.0.friction", (0.1, 0.9), out=tmp_path / "out")
+STAGES = """
+[[stages]]
+name = "tilted"
+analysis = { kind = "statics", load_steps = 5 }
+loads = { gravity = [0, -9.81] }
+supports = [{ on = "pier.ground", motion = { rotation = -0.1 } }]
+
+[[stages]]
+name = "pushed"
+loads = { gravity = [0, -9.81], accelerations = [{ vector = [1.0, 0.0] }] }
+supports = [{ on = "pier.ground" }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("key", "along", "ends", "limit"),
+    [
+        (
+            "stages.pushed.loads.accelerations.0.vector",
+            (1, 0),
+            (0.5, 6.0),
+            9.81 * math.tan(math.atan(0.25) - 0.1),
+        ),
+        # it falls in this stage or in the next one
+        (
+            "stages.tilted.supports.0.motion.rotation",
+            (),
+            (-0.05, -0.5),
+            math.atan(1 / 9.81) - math.atan(0.25),
+        ),
+    ],
+)
+def test_stages(pier: Path, tmp_path: Path, key: str, along, ends: tuple[float, float], limit: float) -> None:
+    """A block of 0.5 m × 2 m tips where what acts leads past its corner; common stages are run once."""
+    pier.write_text(PIER + STAGES)
+    found = threshold(pier, key, ends, along=along, out=tmp_path / "out")
+    told = found.summary.simulation
+    assert told.outcome == "bracketed"
+    assert min(told.stands, told.falls) <= limit <= max(told.stands, told.falls)
+    assert abs(told.falls - told.stands) <= 0.01 * abs(told.falls)
+    assert told.mechanism.groups == (("pier.b1",),)  # and not the ground
+    assert [joint.how for joint in told.mechanism.joints] == ["hinge"]
+    assert "stages" in found.summary.notes[0]
+    shared = list((tmp_path / "out" / "stages").iterdir())
+    assert len(shared) == (1 if "pushed" in key else len(found.summary.trials))
+    again = threshold(pier, key, ends, along=along, out=tmp_path / "out")
+    assert again.summary.trials == found.summary.trials
+    assert sorted((tmp_path / "out" / "stages").iterdir()) == sorted(shared)
+
+
+def test_a_stage_in_time_whose_stone_has_toppled_is_no_start(pier: Path, tmp_path: Path) -> None:
+    """Lying on the ground it would stand in the next stage; a second search does not take it for a start."""
+    pier.write_text(
+        PIER
+        + """
+[[stages]]
+name = "shaken"
+analysis = { kind = "dynamics", step = 0.01, duration = 3.0 }
+loads.gravity = [0, -9.81]
+loads.accelerations = [{ vector = [1.0, 0.0], time = { kind = "pulse", duration = 0.6 } }]
+joints = [{ friction = 0.8 }]
+
+[[stages]]
+name = "rests"
+analysis.kind = "statics"
+loads.gravity = [0, -9.81]
+"""
+    )
+    key, ends = "stages.shaken.loads.accelerations.0.vector", (1.0, 8.0)
+    found = threshold(pier, key, ends, along=(1, 0), out=tmp_path / "out", tolerance=0.3)
+    assert found.summary.outcome == "bracketed"
+    assert [one.outcome for one in found.summary.trials[:2]] == ["equilibrium", "toppled"]
+    again = threshold(pier, key, ends, along=(1, 0), out=tmp_path / "out", tolerance=0.3)
+    assert again.summary.simulation.mechanism is not None
 
 
 def test_a_bracket_between_values_closes_in_on_zero() -> None:

@@ -42,6 +42,8 @@ def test_csv_files_have_units_and_columns(tmp_path: Path) -> None:
     path.write_text("# measured\ntime; x; z\n0; 1; 2\n0.1; 3; 4\n")
     for axis, expected in (("x", [1.0, 3.0]), ("z", [2.0, 4.0])):
         np.testing.assert_allclose(read_accelerogram(path, axis, "cm/s^2")[1], np.array(expected) / 100)
+    path.write_text("time [s], x [cm/s²], z [cm/s²]\n0, 1, 2\n0.1, 3, 4\n")
+    np.testing.assert_allclose(read_accelerogram(path, "z", "cm/s^2")[1], [0.02, 0.04])
     path.write_text("0, 1\n0.1, 3\n")
     np.testing.assert_allclose(read_accelerogram(path, "y", None)[1], [1.0, 3.0])
 
@@ -61,6 +63,9 @@ def test_csv_files_have_units_and_columns(tmp_path: Path) -> None:
         ("a.csv", "0, 1\n0.1, 2, 3\n", "line 2: 3 numbers, expected 2"),
         ("a.csv", "0, 1, 2\n0.1, 2, 3\n", "none titled 'x'"),
         ("a.csv", "time, y, z\n0, 1, 2\n0.1, 2, 3\n", "none titled 'x'"),
+        ("a.csv", "time, x, x\n0, 1, 2\n0.1, 2, 3\n", "2 titled 'x'"),
+        ("a.csv", "time [s], x [g]\n0, 1\n0.1, 2\n", "titles say 'g', and it is read in s and m/s\\^2"),
+        ("a.csv", "time (ms), x\n0, 1\n5, 2\n", "titles say 'ms'"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(tmp_path: Path, name: str, text: str, said: str) -> None:

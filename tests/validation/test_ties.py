@@ -196,7 +196,7 @@ YOUNG, YIELD, HARDENING, SECTION, SPAN = 100e9, 200e6, 2e9, 1e-4, 2.0
 HOLDING = YIELD * SECTION
 
 
-def pulled(loads, steps, supports=(), moves=False, **keys):
+def pulled(loads, steps, supports=(), moves=False, beside=(), **keys):
     """A block on smooth ground, tied to a wall; or the wall is drawn away, and friction holds the block."""
     structures = (
         block("ground", (8.0, 0.5), (-4.0, -0.5), support=True),
@@ -214,6 +214,7 @@ def pulled(loads, steps, supports=(), moves=False, **keys):
                 ("wall", (-SPAN, 0.5)), ("stone", (0.0, 0.5)), section=SECTION, young=YOUNG,
                 yield_stress=YIELD, hardening=HARDENING, **keys,
             ),
+            *beside,
         ),
         analysis=Statics(load_steps=steps),
     )  # fmt: skip
@@ -262,9 +263,26 @@ def test_rupture():
     assert result.summary.energy.joint_dissipation == pytest.approx(work, rel=1e-6)
 
 
-def test_without_what_has_snapped_nothing_stands():
-    result = pulled(force_to(1.1), 20, rupture_strain=0.5 * (1.1 * YIELD / YOUNG + 0.1 * YIELD / HARDENING))
+@pytest.mark.parametrize("steps", [1, 20])
+def test_without_what_has_snapped_nothing_stands(steps):
+    """In the very step in which it snaps, which may be the last one."""
+    limit = 0.5 * (1.1 * YIELD / YOUNG + 0.1 * YIELD / HARDENING)
+    result = pulled(force_to(1.1), steps, rupture_strain=limit)
     assert result.outcome == "no_equilibrium"
+    stress = (limit + YIELD / HARDENING) / (1 / YOUNG + 1 / HARDENING)
+    assert result.march.state.index == np.ceil(stress / (1.1 * YIELD) * steps)
+
+
+def test_what_has_snapped_leaves_all_to_its_neighbour():
+    """Both would share the load; the one snaps, and the other bears all at the end of the same step."""
+    other = tie(("wall", (-SPAN, 0.5)), ("stone", (0.0, 0.5)), name="other", section=SECTION, young=YOUNG)
+    result = pulled(force_to(1.5), 1, beside=(other,), rupture_strain=0.6 * YIELD / YOUNG)
+    assert result.outcome == "equilibrium"
+    assert at_end(result).snapped
+    assert at_end(result).force == 0
+    told = at_end(result, "other")
+    assert told.force == pytest.approx(1.5 * HOLDING, rel=1e-6)
+    assert told.strain == pytest.approx(1.5 * YIELD / YOUNG, rel=1e-6)
 
 
 def test_limit_analysis_knows_the_yield():

@@ -26,10 +26,11 @@ from masonry_fem.host.atomic import write_records
 from masonry_fem.host.phases import counted
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
-from masonry_fem.records.remark import gathered, muted
+from masonry_fem.records.remark import gathered, muted, remark
 from masonry_fem.records.told import write
 from masonry_fem.results.summary import StageTold, Wrench
 from masonry_fem.scene import check, dumps, specs
+from masonry_fem.scene.misfit import listed
 from masonry_fem.scene.stages import predecessor, stage_scenes
 from masonry_fem.scene.writing import moved
 
@@ -65,7 +66,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
     with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
         write_checkpoint(out / CHECKPOINT, Checkpoint(dumps(moved(scene, base, out)), "", None, {}, ()))
         with telling_end(out, scene.title, lambda: f"{len(told)} of {len(names)} stages are done"):
-            for stage, own in counted("stages", stage_scenes(scene), len(names)):
+            for stage, said in counted("stages", stage_scenes(scene), len(names)):
                 after = predecessor(scene, stage)
                 kept, done = kept_part(out / stage.name) if goes_on else (None, False)
                 if done and stage is not scene.stages[-1]:  # the last one is run once more
@@ -73,8 +74,10 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                     continue
                 # rules of joints that an earlier stage had may have lost theirs with blocks that are gone
                 old_rules = () if after is None or stage.joints is not None else ("idle_joint",)
+                _tell_repeated(stage, said, after)
+                own = starting(said, None if after is None else out / after, base)
                 with muted(*old_rules), of_stage(stage.name):
-                    result = run(_starting(own, after, out, base), out / stage.name, kept)
+                    result = run(own, out / stage.name, kept)
                 end = result.summary
                 told.append(
                     StageTold(
@@ -120,11 +123,28 @@ def of_stage(name: str) -> Iterator[None]:
         raise
 
 
-def _starting(scene: specs.Scene, after: str | None, out: Path, base: Path) -> specs.Scene:
-    """A stage's scene, which begins where another stage has ended, and leaves where it ends itself."""
+def _tell_repeated(stage: specs.Stage, scene: specs.Scene, after: str | None) -> None:
+    """Say which supports move in a stage only because the one before moved them."""
+    moved = [one.on for one in scene.supports if one.motion is not None]
+    if moved and after is not None and stage.supports is None:
+        remark(
+            "repeated_motion",
+            f"stage '{stage.name}' has no supports of its own: {listed(moved)} moves once more; "
+            "name it in [[stages.supports]], without a motion if it is to stay",
+        )
+
+
+def starting(scene: specs.Scene, after: Path | None, base: Path) -> specs.Scene:
+    """A stage's scene, which begins where another stage has ended, and leaves where it ends itself.
+
+    Parameters
+    ----------
+    scene : Of the stage. after : Results folder of the other one; None: it begins as the scene says.
+    base : Folder that paths in the scene are relative to.
+    """
     analysis, output = scene.analysis, scene.output
     if after is not None:
-        start = Path(os.path.relpath(out.resolve() / after, base.resolve())).as_posix()
+        start = Path(os.path.relpath(after.resolve(), base.resolve())).as_posix()
         analysis = structs.replace(analysis, start=start)
     if output.checkpoint_steps is None and output.checkpoint_time is None:
         output = structs.replace(output, checkpoint_steps=analysis.steps)

@@ -8,12 +8,13 @@ made.write(Path("results/arch-study"))
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.analyses.cells.cell import Cell
+from masonry_fem.analyses.cells.cell import Cell, fingerprint
 from masonry_fem.analyses.cells.crew import Crew
+from masonry_fem.analyses.cells.history import FOLDER, last_stage
 from masonry_fem.analyses.cells.kept import Kept, Tell, outlook
 from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.study.comparison import Comparison, compare
@@ -30,7 +31,7 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.output.folder import Folder
 from masonry_fem.records.record import check_share
 from masonry_fem.results.study import Recommendation
-from masonry_fem.scene import Scene, loads
+from masonry_fem.scene import Scene, dumps, loads
 from masonry_fem.scene.overrides import texts
 
 
@@ -146,7 +147,8 @@ def study(
     crew = Crew(workers, time_limit)
     made = loads(next(cell.scene for cell in cells if cell.scene), base=source.base)
     # what an earlier study told is removed, its cells are not
-    with Folder(folder, "study", title=made.title):
+    with Folder(folder, "study", title=made.title, keeps=[] if fresh else [f"{FOLDER}/"]):
+        cells = [_led(cell, source.base, folder) for cell in cells]
         told, interrupted = Kept(folder, fresh=fresh).computed(cells, crew, source.base, tell)
     rows = tuple(_row(cell, told, peaks) for cell in cells)
     wanted.check(rows)
@@ -159,6 +161,18 @@ def study(
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted
     )
+
+
+def _led(cell: Cell, base: Path, folder: Path) -> Cell:
+    """The cell as its last stage, from where those before end; what these have in common is run once."""
+    scene = None if cell.scene is None else loads(cell.scene, base=base)
+    if scene is None or not scene.stages:
+        return cell
+    try:
+        own = last_stage(scene, base, folder)
+    except MasonryError as error:
+        return replace(cell, scene=None, fault=str(error))
+    return replace(cell, scene=dumps(own), key=fingerprint(own, base))
 
 
 def _row(cell: Cell, told: Mapping[str, Any], peaks: Sequence[str]) -> Row:

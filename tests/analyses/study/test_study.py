@@ -251,3 +251,27 @@ def test_columns_are_the_first_of_each_target() -> None:
     ]
     assert shown(aims) == ["p1", "s", "p2", "p3"]
     assert shown(aims[:1]) == ["e"]
+
+
+def test_a_key_of_the_last_stage(tmp_path: Path) -> None:
+    """The stage before is run once; each value goes on from there, and the last one pushes stones apart."""
+    path = tmp_path / "pier.toml"
+    path.write_text(
+        PIER
+        + """
+[[stages]]
+name = "built"
+[[stages]]
+name = "pushed"
+[stages.loads]
+gravity = [0, -10.0]
+accelerations = [{ vector = [1.0, 0.0] }]
+"""
+    )
+    key = "stages.pushed.loads.accelerations.0.vector"
+    made = study(path, {key: [[1.0, 0.0], [2.0, 0.0], [7.0, 0.0]]}, out=tmp_path / "out")
+    assert [row.outcome for row in made.rows] == ["equilibrium", "equilibrium", "no_equilibrium"]
+    for row, push in zip(made.rows, (1.0, 2.0), strict=False):
+        force = row.quantities["supports.pier.ground"].values[0]
+        assert force == pytest.approx(-push / 10 * WEIGHT, rel=1e-6)
+    assert len(list((tmp_path / "out" / "stages").iterdir())) == 1

@@ -5,7 +5,7 @@
 As a contact its normal points from its candidate to its antagonist: what pushes the candidate along the
 normal pulls the two together, the gap L_0 − L is open where the tie is slack, and there is no friction. An
 elastic tie is a compliance L_0/(E A) on the diagonal of the Delassus operator. One that yields adds that of
-its hardening, as a bed that crushes does. One that has snapped touches nothing any more.
+its hardening, as a bed that crushes does. One that has snapped takes no part in the contact problem any more.
 
     Tie(modulus=np.array([200e9]), length=np.array([4.0]), prestress=np.array([50e6]), ...)
 
@@ -26,7 +26,6 @@ from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 
 ROUNDING = 1e-12  # of a strength
-AWAY = 10.0  # times its length: how far off the ends of a tie are held to be once it has snapped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,12 +107,11 @@ class Tie(Law):
         kept[flows] = (self.strength * self.length / self.hardening)[flows]
         shift = np.zeros_like(state.bedded)
         shift[:, 0] = (state.bedded[:, 0] - kept) / step
-        off = np.where(self.snapped(state), AWAY * self.length, 0.0)
         return replace(
             dry,
             compliance=np.repeat(compliance[:, None], state.dimension, axis=1),
             shift=shift,
-            closure=state.bedded[:, 0] - off,
+            closure=state.bedded[:, 0],
         )
 
     @override

@@ -62,7 +62,7 @@ def cross_check(scene: Scene, base: Path) -> None:
 
 def doubts(scene: Scene) -> tuple[str, ...]:
     """What is allowed but seldom meant, one sentence each; of stages each one's scene has its own."""
-    return () if scene.stages else tuple(_doubts(scene))
+    return tuple(_weightless(scene) if scene.stages else _doubts(scene))
 
 
 def records(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, msgspec.Struct]]:
@@ -308,7 +308,6 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
 def _doubts(scene: Scene) -> Iterator[str]:
     yield from _dragged(scene)
     yield from _light(scene)
-    yield from _weightless(scene)
     if not _driven(scene):
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from material_doubts(scene)

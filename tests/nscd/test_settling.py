@@ -1,6 +1,7 @@
 """Parts of a problem by themselves, and bodies that come to rest so."""
 
 import pickle
+from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
@@ -294,6 +295,23 @@ def test_a_rebound_does_not_tell_how_exact_parts_are(monkeypatch: pytest.MonkeyP
         run.best = best
         run._settle()
     assert asked == [full, pytest.approx(0.1 * full)]
+
+
+@pytest.mark.parametrize(("error", "holds"), [(1e-7, True), (1e-9, False)])
+def test_slip_is_not_held_for_what_is_next_to_nothing(
+    monkeypatch: pytest.MonkeyPatch, error: float, holds: bool
+) -> None:
+    """A step that no length makes a good one ends the round and holds slip, unless the error is tiny."""
+    problem, _ = boards(200)
+    run = NewtonRun(problem, ProximalNewton(), sliding(problem))
+    assert run.system.many
+    here = run._look(run.impulse, run.rigid_velocity)
+    worse = replace(here, residual=2.0)
+    monkeypatch.setattr(run, "_look", lambda *state: worse)
+    run.round.residuals.append(1.0)
+    run.error = error
+    run._search(here, np.zeros_like(here.impulse), np.zeros_like(here.rigid_velocity), worse)
+    assert run.jammed is holds
 
 
 @pytest.mark.parametrize(("left", "taken"), [(0.04, True), (0.06, False)])

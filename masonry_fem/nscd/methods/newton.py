@@ -409,7 +409,8 @@ class NewtonRun:
                 break
             length *= 0.5
             point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion)
-        self.jammed = length < _JAMMED and self.system.many and self.problem.cohesion_stiffness is None
+        holds = self.error > _SLIPS and self.problem.cohesion_stiffness is None
+        self.jammed = length < _JAMMED and self.system.many and holds
         return point
 
     def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
@@ -598,6 +599,9 @@ _DECIDED, _SOFTER = 1e-5, 1e-3
 _FALLS = 10.0  # times the velocity before, of blocks that open gaps let go
 _PARTINGS = 3  # after which Newton's steps settle the rest
 _JAMMED = 0.1  # length of a step that is too short
+# Error below which slip is not held: what still changes there bears next to nothing, and parts that rest of
+# themselves take more than the whole
+_SLIPS = 1e-8
 _GRIP = 3e-2  # first κ
 _LOOSER, _TIGHTER = 0.5, 4.0  # factors on κ after a round that ends, and one that does not
 _AHEAD = 0.5  # share of how far the last round came, at which the next one starts

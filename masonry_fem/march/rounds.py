@@ -122,6 +122,11 @@ class Rounds:
         """Whether some blocks may: which of two balances these take depends on where rounds begin."""
         return any(nonlinear(group).softens for group in self.model.groups if group.nonlinear)
 
+    @property
+    def balanced(self) -> float:
+        """What stresses may leave of balance: with less precise contacts they come no nearer."""
+        return max(NEWTON_TOLERANCE, self.settings.tolerance)
+
     def roughly(self, error: float) -> Self:
         """The same rounds with contacts solved to an error, or to the tolerance where that is larger."""
         settings = replace(self.settings, tolerance=max(error, self.settings.tolerance))
@@ -296,7 +301,7 @@ class Rounds:
 
     def settled(self, made: Round) -> bool:
         """Whether the stresses of all nonlinear blocks balance, and a control is where it is to be."""
-        return made.missed <= 1 and (not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE)
+        return made.missed <= 1 and (not made.residuals or made.residuals[-1] <= self.balanced)
 
     def unbalanced(
         self,

@@ -25,7 +25,7 @@ import numpy as np
 
 from masonry_fem.march.model import Control, Model, Probe
 from masonry_fem.march.place import Place
-from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
+from masonry_fem.march.rounds import Round, Rounds
 
 MISSED = 1e-8  # of a step's part of the distance
 ROUNDING = 1e-12  # of the distance: a way that no load has made
@@ -63,7 +63,7 @@ class SteeredRounds(Rounds):
     @override
     def worst(self, made: Round) -> int:
         """The same, or the block of the control where that alone is not where it is to be."""
-        if made.residuals and made.residuals[-1] > NEWTON_TOLERANCE:
+        if made.residuals and made.residuals[-1] > self.balanced:
             return super().worst(made)
         probe = self._control.probe
         return int(self.model.groups[probe.group].blocks[probe.body])

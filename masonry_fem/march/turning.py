@@ -150,7 +150,7 @@ def _rest(rounds: Rounds, made: Round, there: Place, left: float, missed: float)
     """What an exact round leaves open, over what may be left open: at most 1 where it holds."""
     nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
     asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
-    return max(left / asked, missed / nothing, _yielding(made) / NEWTON_TOLERANCE)
+    return max(left / asked, missed / nothing, _yielding(made) / rounds.balanced)
 
 
 def _yielding(made: Round) -> float:

@@ -63,14 +63,15 @@ def settled_stresses(
     error : That the contacts of the first round were solved to, where that is more than the tolerance; those
         of the others are to ``SHARE`` of what the last one left, as long as that is less.
     patience : Rounds that may bring stresses no nearer to balance.
-    enough : What they may leave of it.
+    enough : What they leave of it at which rounds end; from what they may leave on also where one brings them
+        no nearer.
     """
     at: _Guess | None = None
     least, idle = np.inf, 0
     while made.solution.solved and len(made.residuals) < MOST:
         left = made.residuals[-1]
         idle, least = 0 if left <= 0.5 * least else idle + 1, min(left, least)
-        if left <= enough or idle > patience:
+        if left <= enough or idle > (0 if left <= rounds.balanced else patience):
             break
         end = _Guess.of(made)
         at = end if at is None else _nearest(rounds, at, end)

@@ -436,3 +436,38 @@ def test_stones_decay(tmp_path):
     sunk = [float(row["probes.top_y"]) for row in rows(tmp_path / "history.csv")]
     exact = -2000.0 * 9.81 * 2.0**2 / 2 / 1e9
     assert sunk[:2] == pytest.approx([exact, 2 * exact], rel=1e-4)
+
+
+REFERENCE = """
+dimension = 2
+fidelity = "rigid"
+materials.stone = { density = 2400.0 }
+structures = [
+  { kind = "arch", name = "arch", material = "stone", radius = 2.0, thickness = 0.5, voussoirs = 7 },
+]
+joints = [{ friction = 0.6 }]
+loads.gravity = [0.0, -9.81]
+output = { pictures = false, limit_analysis = true }
+stages = [{ name = "built" }, { name = "old" }]
+"""
+
+
+def test_what_is_of_the_reference_is_told_of_stages_that_begin_there(tmp_path):
+    made = run(loads(REFERENCE), tmp_path)
+    assert made.outcome == "equilibrium"
+    limits = [
+        json.loads((tmp_path / stage / "summary.json").read_text(encoding="utf-8")).get("limit_analysis")
+        for stage in ("built", "old")
+    ]
+    assert limits[0]["schema"] == "limit/1"
+    assert limits[1] is None
+    assert any("ended: 'old'" in one.sentence for one in made.summary.remarks)
+
+
+def test_a_motion_that_is_made_once_more_is_told(tmp_path):
+    """Of stages that say nothing of supports, in the summary above all of them."""
+    moved = 'supports = [{ on = "arch.springing_left", motion = { displacement = [0.0, -1e-3] } }]\nstages'
+    made = run(loads(REFERENCE.replace(", limit_analysis = true", "").replace("stages", moved)), tmp_path)
+    assert [one.code for one in made.summary.remarks] == ["repeated_motion"]
+    told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["remarks"]
+    assert "arch.springing_left" in told[0]["sentence"]

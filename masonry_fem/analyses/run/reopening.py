@@ -132,11 +132,18 @@ def _refuse(scene: specs.Scene) -> None:
         raise SceneError(
             "analysis.start is given for kind = 'path', whose load factor begins at 0; take kind = 'statics'"
         )
-    for key in ("contact_error", "limit_analysis"):
-        if getattr(scene.output, key):
-            raise SceneError(
-                f"output.{key} is of stones in the reference; leave it out beside analysis.start"
-            )
+    for key in of_the_reference(scene):
+        raise SceneError(f"output.{key} is of stones in the reference; leave it out beside analysis.start")
+
+
+def of_the_reference(scene: specs.Scene) -> list[str]:
+    """Keys of what is to be written that only stones in the reference have.
+
+    Parameters
+    ----------
+    scene : That asks for it.
+    """
+    return [key for key in ("contact_error", "limit_analysis") if getattr(scene.output, key)]
 
 
 def _trusts(scene: specs.Scene) -> bool:

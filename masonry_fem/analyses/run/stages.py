@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import structs
 
+from masonry_fem.analyses.run.reopening import of_the_reference
 from masonry_fem.build import build
 from masonry_fem.errors import MasonryError
 from masonry_fem.host.atomic import write_records
@@ -60,13 +61,17 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
         with gathered(aloud=False), of_stage(stage.name):
             build(own, base, solved=False)
     refuse_busy(out)
+    with gathered() as said:
+        _tell_left_out(scene)
+        for stage, whole in stage_scenes(scene):
+            _tell_repeated(stage, whole, predecessor(scene, stage))
     names = [stage.name for stage in scene.stages]
     keeps = [CHECKPOINT, *(f"{name}/" for name in names)] if goes_on else []
     told: list[StageTold] = []
     with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
         write_checkpoint(out / CHECKPOINT, Checkpoint(dumps(moved(scene, base, out)), "", None, {}, ()))
         with telling_end(out, scene.title, lambda: f"{len(told)} of {len(names)} stages are done"):
-            for stage, said in counted("stages", stage_scenes(scene), len(names)):
+            for stage, whole in counted("stages", stage_scenes(scene), len(names)):
                 after = predecessor(scene, stage)
                 kept, done = kept_part(out / stage.name) if goes_on else (None, False)
                 if done and stage is not scene.stages[-1]:  # the last one is run once more
@@ -74,8 +79,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                     continue
                 # rules of joints that an earlier stage had may have lost theirs with blocks that are gone
                 old_rules = () if after is None or stage.joints is not None else ("idle_joint",)
-                _tell_repeated(stage, said, after)
-                own = starting(said, None if after is None else out / after, base)
+                own = starting(whole, None if after is None else out / after, base)
                 with muted(*old_rules), of_stage(stage.name):
                     result = run(own, out / stage.name, kept)
                 end = result.summary
@@ -89,7 +93,10 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                     break
             files = [*result.files, *_joined(out, told)]
             message = f"Stage '{told[-1].name}': {told[-1].message}"
-            return told_above(result, scene, out, files, message=message, stages=tuple(told))
+            said += result.summary.remarks
+            return told_above(
+                result, scene, out, files, message=message, stages=tuple(told), remarks=tuple(said)
+            )
 
 
 def check_stages(scene: specs.Scene, base: Path) -> list[specs.Scene]:
@@ -134,6 +141,18 @@ def _tell_repeated(stage: specs.Stage, scene: specs.Scene, after: str | None) ->
         )
 
 
+def _tell_left_out(scene: specs.Scene) -> None:
+    """Say what is not written of stages that begin where another has ended."""
+    keys = [f"output.{key}" for key in of_the_reference(scene)]
+    later = [stage.name for stage in scene.stages if predecessor(scene, stage) is not None]
+    if keys and later:
+        remark(
+            "of_the_reference",
+            f"{listed(keys)}: of stones in the reference, so not of stages that begin where another has "
+            f"ended: {listed(later)}",
+        )
+
+
 def starting(scene: specs.Scene, after: Path | None, base: Path) -> specs.Scene:
     """A stage's scene, which begins where another stage has ended, and leaves where it ends itself.
 
@@ -146,6 +165,7 @@ def starting(scene: specs.Scene, after: Path | None, base: Path) -> specs.Scene:
     if after is not None:
         start = Path(os.path.relpath(after.resolve(), base.resolve())).as_posix()
         analysis = structs.replace(analysis, start=start)
+        output = structs.replace(output, **dict.fromkeys(of_the_reference(scene), False))
     if output.checkpoint_steps is None and output.checkpoint_time is None:
         output = structs.replace(output, checkpoint_steps=analysis.steps)
     return structs.replace(scene, analysis=analysis, output=output)

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import OutputError
+from masonry_fem.output.asked import names as asked_names
+from masonry_fem.scene.misfit import nearest
 
 Columns = dict[str, NDArray[Any]]
 
@@ -56,9 +58,11 @@ def table_of(files: list[Path], name: str, *, frame: bool = False) -> Any:
     tables = {path.stem: path for path in files if path.suffix == ".csv"}
     if name not in tables:
         there = ", ".join(f"'{one}'" for one in sorted(tables)) or "none, as nothing was written"
+        asked = asked_names()
+        advice = f"; ask for it with output.{name} = true and 'masonry_fem.run'" if name in asked else ""
         raise OutputError(
-            f"the run has no table '{name}', expected one of those that it wrote ({there}); "
-            f"ask for it with output.{name} = true and 'masonry_fem.run'"
+            f"the run has no table '{name}', expected one of those that it wrote ({there})"
+            f"{advice or nearest(name, (*tables, *asked))}"
         )
     columns = read_table(tables[name])
     if not frame:

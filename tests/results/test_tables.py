@@ -41,6 +41,10 @@ def test_tables_are_arrays_with_the_files_headings(result):
 def test_a_table_that_is_not_there_is_named_with_those_that_are(result):
     with pytest.raises(OutputError, match=r"no table 'determinacy'.*'history', 'interfaces', 'stones'"):
         result.table("determinacy")
+    with pytest.raises(OutputError, match=r"output.determinacy = true"):
+        result.table("determinacy")
+    with pytest.raises(OutputError, match=r"no table 'stnes'.*; did you mean 'stones'\?$"):
+        result.table("stnes")
 
 
 def test_a_data_frame_has_the_same_columns_or_says_what_to_install(result):

@@ -63,6 +63,14 @@ COHESION = "[[joints]]\nlaw = { kind = 'mohr_coulomb', cohesion = 1e3, tensile_s
 PUSH = "[[loads.accelerations]]\nvector = {push}\n"
 MOTION = "[analysis]\nkind = 'dynamics'\nstep = 0.01\nduration = 0.03\n"
 ITERATED = "[solver]\nlinear = 'krylov'\n"
+MIXED = """
+[mesh]
+element = "P1"
+divisions = [1, 1, 1]
+[[overrides]]
+blocks = "wall.c2.*"
+mesh = { element = "Q1", divisions = [1, 1, 1] }
+"""
 FINE = "[mesh]\ndivisions = [5, 5, 5]\n"
 SWEEPS = "[solver]\nmethod = 'nsgs'\ntolerance = 1e-2\n"
 
@@ -87,6 +95,7 @@ def _scenes() -> Iterator[tuple[str, str]]:
     for dimension, element in product((2, 3), ("P1", "Q2", "P2")):
         mesh = f"[mesh]\nelement = '{element}'\ndivisions = {[1] * dimension}\n"
         yield f"elements {element}, {dimension}D", _scene(dimension, "elastic", mesh)
+    yield "elements of two kinds", _scene(3, "elastic", MIXED)
     for name, structure in (("dome", DOME), ("rubble", RUBBLE)):
         yield name, _scene(3, "rigid", DRY, structure)
 

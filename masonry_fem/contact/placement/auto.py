@@ -26,9 +26,8 @@ from masonry_fem.solid.pose import FloatArray
 
 WHOLE, MOST = 0.99, 0.5  # of a facet, and of the area that two round faces have in common
 SAME = 1e-6  # of the interface's size: vertices nearer than that are one
-MISPLACED = (
-    1e-4  # of a uniform pressure, at the wrong nodes: what contacts at nodes may do, stresses err by 3e-4
-)
+# Of a uniform pressure, at the wrong nodes: what contacts at nodes may do. Stresses err by three times that.
+MISPLACED = 1e-4
 ROUND_FACES = True  # joints may be all patches that two round faces have in common
 
 

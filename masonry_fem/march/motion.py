@@ -64,11 +64,6 @@ class BlockMotion:
             centre[own], velocity[own], spin[own] = _rigid(points, group.velocities(state, place), sizes)
         return cls(centre, velocity, spin, held, tuple(corners))
 
-    def beside_supports_at_rest(self) -> BlockMotion:
-        """The same motion of what is not held, and none of what is."""
-        free = ~self.held[:, None]
-        return replace(self, velocity=free * self.velocity, spin=free * self.spin)
-
     def at(self, blocks: IntArray, points: FloatArray) -> FloatArray:
         """Velocity of ``blocks`` (k,) at points (k, d), shape (k, d) [m/s]."""
         arms = lever(points - self.centre[blocks])

@@ -76,8 +76,6 @@ def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
     """How blocks move at the end of a step, shown where they were at its start.
 
     Blocks that deform are taken with their mean rigid motion, and what counts as rest is larger for them.
-    Where nothing balances the loads, velocities are those of a mechanism between supports that rest, however
-    these have moved to get there.
 
     Parameters
     ----------
@@ -86,10 +84,7 @@ def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
     """
     touches = (made.here.gap <= OPEN * model.length) & ~model.contacts.tied
     points = PointMotion(made.here.points, made.here.frame, touches)
-    motion = BlockMotion.of_step(made, model)
-    if made.solution.outcome.moves:
-        motion = motion.beside_supports_at_rest()
-    return _blurred(model, motion, points)
+    return _blurred(model, BlockMotion.of_step(made, model), points)
 
 
 def mechanism_of_state(model: Model, state: SystemState) -> Mechanism:

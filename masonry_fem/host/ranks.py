@@ -167,7 +167,8 @@ class Leader(Alone):
     Attributes
     ----------
     held : What callers know of what ranks keep, by the same names.
-    busy : Ranks are at work that they were called for: none of them can be called for other work.
+    busy : Ranks are at work that they were called for, or were left in the midst of it:
+        there can be no other call.
     """
 
     def __init__(self, comm: Any) -> None:

@@ -63,8 +63,8 @@ def settled_stresses(
     error : That the contacts of the first round were solved to, where that is more than the tolerance; those
         of the others are to ``SHARE`` of what the last one left, as long as that is less.
     patience : Rounds that may bring stresses no nearer to balance.
-    enough : What they leave of it at which rounds end; from what they may leave on also where one brings them
-        no nearer.
+    enough : What they leave of it where rounds end. Where they leave no more than ``balanced``, rounds end
+        with the first one that brings them no nearer, too.
     """
     at: _Guess | None = None
     least, idle = np.inf, 0

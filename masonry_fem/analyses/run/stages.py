@@ -136,8 +136,8 @@ def _tell_repeated(stage: specs.Stage, scene: specs.Scene, after: str | None) ->
     if moved and after is not None and stage.supports is None:
         remark(
             "repeated_motion",
-            f"stage '{stage.name}' has no supports of its own: {listed(moved)} moves once more; "
-            "name it in [[stages.supports]], without a motion if it is to stay",
+            f"stage '{stage.name}' says nothing of supports, so that it makes the motion of "
+            f"{listed(moved)} once more; name in [[stages.supports]] what is to stay, without a motion",
         )
 
 

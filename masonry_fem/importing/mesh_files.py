@@ -111,21 +111,23 @@ def _meshed(
         tags, positions = node_positions(gmsh)
         bodies = _distinct(_bodies(gmsh, dimension, spec), title)
         named = _named_facets(gmsh, dimension, spec.path)
-    _doubt_inner_names(named, bodies, title)
     points = _placed(spec, positions, dimension, title)
     shapes = [_shape(spec, body, tags, points, named) for body in bodies]
+    _doubt_inner_names(named, shapes, bodies, title)
     return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
 
 
-def _doubt_inner_names(named: dict[tuple[int, ...], str], bodies: list[_Body], title: str) -> None:
+def _doubt_inner_names(
+    named: dict[tuple[int, ...], str], shapes: list[Shape], bodies: list[_Body], title: str
+) -> None:
     """Remark named facets that are none of the bodies' outer ones: the faces have their name in part only."""
     if not named:
         return
     outer: set[tuple[int, ...]] = set()
-    for body in bodies:
-        kind = body.elements.kind
-        facets = boundary_facets(body.elements.nodes, kind)[:, : corner_count(FACET_OF[kind])]
-        outer |= set(map(tuple, np.sort(facets, axis=1).tolist()))
+    for shape, body in zip(shapes, bodies, strict=True):
+        assert shape.mesh is not None  # each is made of elements
+        facets = _corners(shape.mesh.facets, body.elements.kind, np.unique(body.elements.nodes))
+        outer |= set(map(tuple, facets))
     if lost := Counter(name for row, name in named.items() if row not in outer):
         told = ", ".join(f"'{name}' {many}" for name, many in lost.items())
         remark(
@@ -347,10 +349,15 @@ def _shape(
             f"block '{spec.name}.{body.name}' of '{spec.path}' has no outer face, as each of its elements "
             "stands in the file twice; export it again"
         )
-    corners = np.sort(used[facets[:, : corner_count(FACET_OF[kind])]], axis=1).tolist()
-    names = [named.get(tuple(row), "") for row in corners]
+    names = [named.get(tuple(row), "") for row in _corners(facets, kind, used)]
     solid, owner = outline(points, kind, facets, names, UNNAMED)
     return Shape(f"{spec.name}.{body.name}", solid, Mesh(points, kind, cells, facets, owner))
+
+
+def _corners(facets: IntArray, kind: str, tags: IntArray) -> list[list[int]]:
+    """Sorted tags of the corners of each facet of elements of a kind, whose nodes have these tags."""
+    found: list[list[int]] = np.sort(tags[facets[:, : corner_count(FACET_OF[kind])]], axis=1).tolist()
+    return found
 
 
 def _upright(cells: IntArray, points: FloatArray, kind: str, name: str) -> IntArray:

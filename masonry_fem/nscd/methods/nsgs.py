@@ -41,12 +41,10 @@ class GaussSeidel:
     ----------
     iterations : Sweeps allowed where the settings name no limit.
     patience : Sweeps before it may be called stalled.
-    horizon : It is stalled where the contraction of the second half of all foretells more sweeps than these.
     """
 
     iterations: int = 50_000
     patience: int = 5_000
-    horizon: float = np.inf
     name: str = "nsgs"
 
     def init(self, problem: ContactProblem, start: Start | None) -> Run:
@@ -99,8 +97,4 @@ class _SweepRun:
         halfway = [entry for entry in self.errors if 2 * entry[0] <= self.made]
         if self.made < self.method.patience or not halfway or best <= tolerance:
             return False
-        since, then = halfway[-1]
-        if best > PROGRESS * then:
-            return True
-        needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
-        return bool(self.made + needed > self.method.horizon)
+        return best > PROGRESS * halfway[-1][1]

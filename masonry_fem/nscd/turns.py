@@ -5,8 +5,9 @@
   blocks at rest, and what is done for many rigid blocks. After that elastic ones search along Newton's steps,
   or begin at the impulses of that rest.
 - Rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
-  is local in its result. It cannot start from the step before: there a few Newton steps from the bonded state
-  come first, which is all that sticking walls need. Fewer contacts begin with more of them, from the step before with sweeps.
+  is local in its result. It cannot start from the step before: there a few Newton steps from the bonded
+  state come first, which is all that sticking walls need. Fewer contacts begin with more of them, from the
+  step before with sweeps.
 - What is left goes to Newton with other weights, where it is small, and to the following of a path where
   rigid blocks move in a plane.
 """

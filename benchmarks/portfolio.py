@@ -3,7 +3,7 @@
 python -m benchmarks.portfolio --cache DIR                        # the table, as Markdown
 python -m benchmarks.portfolio --cache DIR --data DIR --json FILE # and the problems (.npz) of a folder
 python -m benchmarks.portfolio --cache DIR --only none            # nothing off: is each verdict right?
-python -m benchmarks.portfolio --cache DIR --only path,rest
+python -m benchmarks.portfolio --cache DIR --only path,polish
 
 "auto" solves each problem of the trial set to its tolerance (1e-8, of some 1e-10). Then one turn, part
 or constant after the other is switched off, here in this process alone, and the problem is solved again where

@@ -40,13 +40,14 @@ def joint_words(told: Mapping[str, Any]) -> str:
 
 
 def joint_count(told: Mapping[str, Any]) -> str:
-    """How many joints there are, in whichever state: ``1 200``.
+    """How many joints there are, in whichever state: ``1 joint``, ``1 200 joints``.
 
     Parameters
     ----------
     told : What a summary says of joints.
     """
-    return count(sum(told[key] for key in STATES))
+    number = sum(told[key] for key in STATES)
+    return f"{count(number)} joint{'' if number == 1 else 's'}"
 
 
 def stone_words(told: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

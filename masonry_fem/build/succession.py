@@ -153,10 +153,16 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     told += [
         f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in np.flatnonzero(heavier)
     ]
+    holdable = [names[k] for k in np.flatnonzero(other & (now == SUPPORT))]
     if told:
+        cure = (
+            f"hold the faces of a stone that deforms, supports with on = '{holdable[0]}/*'"
+            if holdable
+            else "give others other names"
+        )
         raise MasonryError(
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
-            "Expected stones of the same names as they were; give others other names"
+            f"Expected stones of the same names as they were; {cure}"
         )
 
 

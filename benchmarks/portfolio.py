@@ -3,7 +3,7 @@
 python -m benchmarks.portfolio --cache DIR                        # the table, as Markdown
 python -m benchmarks.portfolio --cache DIR --data DIR --json FILE # and the problems (.npz) of a folder
 python -m benchmarks.portfolio --cache DIR --only none            # nothing off: is each verdict right?
-python -m benchmarks.portfolio --cache DIR --only path,polish
+python -m benchmarks.portfolio --cache DIR --only path,rest
 
 "auto" solves each problem of the trial set to its tolerance (1e-8, of some 1e-10). Then one turn, part
 or constant after the other is switched off, here in this process alone, and the problem is solved again where
@@ -164,7 +164,6 @@ def _constants() -> list[Switch]:
     return [
         Switch("few contacts as many", kind, turns, "MANY", 0, where=FEW),
         Switch("many contacts as few", kind, turns, "MANY", 10**9, where=MANY),
-        Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="sweeps"),
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
         Switch("later rounds as brief as first ones", kind, turns, "LED_STEPS", turns.BRIEF, where=LED),
         Switch("interior point slides at once", kind, turns, "TURNS",

@@ -5,9 +5,9 @@
   blocks at rest, and what is done for many rigid blocks. After that elastic ones search along Newton's steps,
   or begin at the impulses of that rest.
 - Rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
-  is local in its result, as long as the contraction seen promises an end, and Newton to polish it. It cannot
-  start from the step before: there a few Newton steps from the bonded state come first, which is all that
-  sticking walls need. Fewer contacts begin with more of them, from the step before with sweeps.
+  is local in its result. It cannot start from the step before: there a few Newton steps from the bonded
+  state come first, which is all that sticking walls need. Fewer contacts begin with more of them, from the
+  step before with sweeps.
 - What is left goes to Newton with other weights, where it is small, and to the following of a path where
   rigid blocks move in a plane.
 """
@@ -28,16 +28,14 @@ from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
 
-# Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
-# step costs as much as 500 to 1000 sweeps.
+# Sweeps before the next turn takes over. One Newton step costs as much as 500 to 1000 sweeps.
 SWEEPS = 1_500
-PATIENCE = 300
 # Rigid contacts from which the interior point is faster than Newton's method from cold.
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
 # Newton steps of elastic blocks from the round before, and of many of them from cold: a dome whose stones
-# have turned a little takes 17, and the interior point and its polish six times as long; a wall of 1600
+# have turned a little takes 17, and the interior point six times as long; a wall of 1600
 # bricks takes 10 to 20.
 LED_STEPS = 40
 # The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, whose uppermost
@@ -57,8 +55,6 @@ NEAR = 1e-8
 # Error of an interior point's state that leads Newton's method on: the last steps to it are few, and from
 # 1e-3 a wall with one loaded brick takes forty without an end.
 LEADING = 1e-5
-# Newton steps that polish: what takes more seldom ends.
-POLISH = 25
 
 
 class Case:
@@ -222,13 +218,13 @@ def _firm_newton(case: Case) -> Method:
 def _interior_point(case: Case) -> Method:
     from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
-    return InteriorPoint(align=0.0)  # Newton polishes
+    return InteriorPoint(align=0.0)
 
 
 def _sweeps(case: Case) -> Method:
     from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
-    return GaussSeidel(iterations=SWEEPS, patience=PATIENCE, horizon=SWEEPS)
+    return GaussSeidel(iterations=SWEEPS)
 
 
 def _path(case: Case) -> Method:
@@ -284,7 +280,6 @@ TURNS = (
     ),
     # where the interior point meets a fold of its path the error is local: sweeps get across
     Turn("sweeps", lambda at: (at.rigid or at.plain) and not at.static, _in_plane(_sweeps), origin="best"),
-    Turn("polish", lambda at: at.open, _in_plane(_newton), POLISH, "best"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     Turn(
         "newton from held impulses",

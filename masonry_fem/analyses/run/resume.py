@@ -146,7 +146,7 @@ def _refuse_other_ramp(before: specs.Analysis, scene: specs.Scene, *, fades: boo
     times = motions + [one.time for one in scene.loads.temperatures]
     if before.ramp != after.ramp and (fades or None in times):
         raise CheckpointError(
-            f"motions, temperatures or materials without a time function change until t = {before.ramp:g} s, "
+            f"motions, materials or temperatures without a time function go on until t = {before.ramp:g} s, "
             f"with this analysis until {after.ramp:g} s, so that steps that are made would be others; give "
             "motions and temperatures a time, and let another scene start from this end (analysis.start)"
         )

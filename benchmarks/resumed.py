@@ -78,6 +78,17 @@ stages = [
 ]
 """
 YIELDING = PLAIN + ', inelastic = { law = "mohr_coulomb", friction_angle = 35, cohesion = 1.2e4 }'
+WEAK = (
+    "materials.stone = { density = 2400.0, young = 6e8, "
+    'inelastic = { law = "mohr_coulomb", friction_angle = 30, cohesion = 9e3 } }'
+)
+DECAY = f"""
+stages = [
+  {{ name = "built", analysis = {{ kind = "statics", load_steps = 3 }} }},
+  {{ name = "decayed", {WEAK}, analysis = {{ kind = "statics", load_steps = 9 }} }},
+  {{ name = "shaken" }},
+]
+"""
 BAR = """
 [[ties]]
 name = "bar"
@@ -132,6 +143,7 @@ KINDS = {
     "stages, inelastic": Kind("inelastic", BRIEF + DRY + STORY, stone=YIELDING),
     "stages, redetected": Kind("rigid", BRIEF + REDETECT + DRY + STORY),
     "stages, mortar lost": Kind("elastic", FEWER + STORY + GLUED),
+    "stages, decayed": Kind("inelastic", BRIEF + DRY + DECAY, stone=YIELDING),
     "combinations": Kind("elastic", FEWER + DRY + CASES),
     "threshold": Kind(
         "rigid", FEWER + DRY, "threshold",

@@ -14,7 +14,7 @@ from __future__ import annotations
 import contextlib
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -34,6 +34,7 @@ from masonry_fem.records.record import check_share
 from masonry_fem.records.remark import counted, gathered, repeated
 from masonry_fem.results.search import Fall, Outcome, Range, ThresholdTold, Tried, write_search
 from masonry_fem.scene import check, specs
+from masonry_fem.scene.combinations import combination_scenes
 
 logger = logging.getLogger(__name__)
 
@@ -105,7 +106,7 @@ def threshold(
 
     Raises
     ------
-    MasonryError : The scene cannot be read with these values, or has combinations.
+    MasonryError : The scene cannot be read with these values.
     """
     check_share("tolerance", tolerance)
     trials = _Trials(
@@ -118,7 +119,11 @@ def threshold(
         static = _limit(trials, kept, FINER * tolerance) if limit else None
         guess = None if static is None or static.bracket is None else static.middle
         runs = _Search(
-            trials, kept, lambda own, base: run_once(last_stage(own, base, folder), base), "simulation", tell
+            trials,
+            kept,
+            _in_all(lambda own, base: run_once(last_stage(own, base, folder), base)),
+            "simulation",
+            tell,
         )
         runs.search(tolerance, guess)
     notes = [*trials.notes, *repeated(remarks), *_doubts(runs, static, tolerance)]
@@ -130,7 +135,7 @@ def threshold(
         unit=trials.key.unit,
         along=trials.key.along,
         outcome=runs.outcome,
-        message=_sentence(trials.key, runs, static),
+        message=_sentence(trials.key, runs, static, combined=bool(trials.scenes[0].combinations)),
         simulation=runs.told(),
         limit_analysis=None if static is None else static.told(),
         trials=tuple(trial for one in (static, runs) if one is not None for trial in one.made),
@@ -148,13 +153,31 @@ class _Trials:
     def __init__(self, source: Source, key: SweptKey) -> None:
         self.source, self.key = source, key.fitted(source.scene)
         self.scenes = [self.scene(value) for value in (self.key.low, self.key.high)]
-        for scene in self.scenes:
-            source.refuse(scene, {"combinations": "a threshold is that of one run"})
         self.notes: list[str] = []
 
     def scene(self, value: float) -> specs.Scene:
         """The scene with a value of the key."""
         return check(self.source.scene(self.key.override(value)), base=self.source.base)
+
+
+type _Ask = Callable[[specs.Scene, Path], RunEnd]
+
+
+def _in_all(ask: _Ask) -> _Ask:
+    """Asks of each load combination: the first one that falls decides, or one that is undecided."""
+
+    def asked(scene: specs.Scene, base: Path) -> RunEnd:
+        worst: RunEnd | None = None
+        for combination, own in combination_scenes(scene):
+            ended = ask(own, base)
+            ended = replace(ended, message=f"Combination '{combination.name}': {ended.message}")
+            if ended.verdict == "falls":
+                return ended
+            if worst is None or ended.verdict == "undecided":
+                worst = ended
+        return ask(scene, base) if worst is None else worst
+
+    return asked
 
 
 class _Search:
@@ -164,7 +187,7 @@ class _Search:
         self,
         trials: _Trials,
         kept: Kept,
-        ask: Callable[[specs.Scene, Path], RunEnd],
+        ask: _Ask,
         by: Literal["simulation", "limit analysis"],
         tell: Tell | None,
     ) -> None:
@@ -274,7 +297,7 @@ def _limit(trials: _Trials, kept: Kept, tolerance: float) -> _Search | None:
     if why:
         trials.notes.append(f"limit analysis is left out: {why}")
         return None
-    found = _Search(trials, kept, ask_limit_analysis, "limit analysis", None)
+    found = _Search(trials, kept, _in_all(ask_limit_analysis), "limit analysis", None)
     try:
         found.search(tolerance, None)
     except (ProblemError, MasonryError) as error:
@@ -305,10 +328,13 @@ def _doubts(runs: _Search, static: _Search | None, tolerance: float) -> Iterator
         )
 
 
-def _sentence(key: SweptKey, runs: _Search, static: _Search | None) -> str:
+def _sentence(key: SweptKey, runs: _Search, static: _Search | None, *, combined: bool) -> str:
     words = [f"{key.key} {runs.words()}"]
     if "both" in runs.outcome:
         words.append("It changes nowhere between them: take ends further apart")
+    fallen = next((made for made in runs.made if made.value == runs.ends[1]), None)
+    if combined and fallen is not None:
+        words.append(fallen.message.rstrip("."))  # names the one that decides
     if runs.mechanism is not None:
         words.append(f"There {runs.mechanism.sentence}")
     if static is not None:

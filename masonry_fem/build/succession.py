@@ -11,6 +11,7 @@ temperature has strained stones by beside what this scene says goes in any analy
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.build.ageing import Ageing, changed
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built, body_groups
 from masonry_fem.build.seating import seated
@@ -54,12 +56,14 @@ class Left:
     ----------
     stones : Its blocks. model : With the contacts of the end. state : Of the end.
     warmed : Strains by temperature of the blocks of each group there, shape (b,); None: none.
+    materials : By name.
     """
 
     stones: Stones
     model: Model
     state: SystemState
     warmed: tuple[FloatArray | None, ...]
+    materials: Mapping[str, specs.Material]
 
 
 def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple[Model, SystemState]:
@@ -78,7 +82,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     old = _numbers(built, left)
     _refuse_others(built, left, old)
     _tell_let_go(built, left, old)
-    model = _standing(_as_warm(scene, built, base, left, old), left, old)
+    model = _standing(_as_left(scene, built, base, left, old), left, old)
     model, origin = _with_contacts(scene, built, base, model, left, old)
     bodies = tuple(
         _taken(group, rest, left, old) for group, rest in zip(model.groups, built.bodies, strict=True)
@@ -149,10 +153,16 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     told += [
         f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in np.flatnonzero(heavier)
     ]
+    holdable = [names[k] for k in np.flatnonzero(other & (now == SUPPORT))]
     if told:
+        cure = (
+            f"hold the faces of a stone that deforms, supports with on = '{holdable[0]}/*'"
+            if holdable
+            else "give others other names"
+        )
         raise MasonryError(
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
-            "Expected stones of the same names as they were; give others other names"
+            f"Expected stones of the same names as they were; {cure}"
         )
 
 
@@ -224,8 +234,8 @@ def _standing(model: Model, left: Left, old: IntArray) -> Model:
     return replace(model, groups=tuple(groups))
 
 
-def _as_warm(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntArray) -> Model:
-    """The model whose stones begin with the strains by temperature with which they were left."""
+def _as_left(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntArray) -> Model:
+    """The model whose stones begin as warm as they were left, and of the materials that they were of."""
     was, now = np.zeros(len(left.stones.assembly.blocks)), np.zeros(len(old))
     for group, strain in zip(left.model.groups, left.warmed, strict=True):
         was[group.blocks] = 0.0 if strain is None else strain
@@ -234,16 +244,25 @@ def _as_warm(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntA
         now[group.blocks] = 0.0 if strain is None else strain
     known = np.flatnonzero(old >= 0)
     known = known[was[old[known]] != now[known]]
-    if not len(known):
+    stones = left.stones
+    were = {
+        block.name: left.materials[name]
+        for block, name in zip(stones.assembly.blocks, stones.material, strict=True)
+    }
+    ages = changed(scene, built.stones, were)
+    if not len(known) and not ages:
         return built.model
     fading, more = fade(scene), was[old[known]] - now[known]
     strains: Expansions = {
         block: [(own, fading)] for block, own in zip(known.tolist(), more.tolist(), strict=True)
     }
-    groups = body_groups(scene, built.stones, base, built.model.groups, strains)
+    groups = (
+        body_groups(scene, built.stones, base, built.model.groups, strains) if strains else built.model.groups
+    )
+    ageing = Ageing(scene, built.stones, base, ages, strains) if ages else None
     waits = scene.analysis.inertia and scene.analysis.seeks_equilibrium
     changing = max(built.model.changing, scene.analysis.ramp) if waits else built.model.changing
-    return replace(built.model, groups=groups, changing=changing)
+    return replace(built.model, groups=groups, changing=changing, ageing=ageing)
 
 
 def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
@@ -254,8 +273,9 @@ def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
     state = rest
     for number in np.unique(owner[before[before >= 0]]).tolist():
         rows = np.flatnonzero((before >= 0) & (owner[before] == number))
-        there, other, others = left.model.groups[number], left.state.bodies[number], row[before[rows]]
-        whole = len(rows) == len(group.blocks) == len(there.blocks)
+        there, kept, others = left.model.groups[number], left.state.bodies[number], row[before[rows]]
+        other = _without_other_law(group, there, kept, others)
+        whole = other is kept and len(rows) == len(group.blocks) == len(there.blocks)
         if there.prescribed:  # it is let go where it is
             turn, shift = there.motion(other)
             state = group.set_down(state, rows, turn[others], shift[others])
@@ -266,6 +286,21 @@ def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
         else:
             state = _put(state, rows, other, others)
     return replace(state, time=0.0) if hasattr(state, "time") else state
+
+
+def _without_other_law(group: Any, there: Any, other: Any, others: IntArray) -> Any:
+    """The state of a group that was left, without what its law remembers where blocks have another now."""
+    if not (group.deforms and there.deforms) or group.material_name == there.material_name:
+        return other
+    if other.memory is not None:
+        changed = other.memory.internal[others] != there.rest().memory.internal[others]
+        if changed.any():
+            body = int(changed.reshape(len(others), -1).any(axis=1).argmax())
+            raise MasonryError(
+                f"'{there.names[others[body]]}' has yielded by the law {there.material_name}, whose memory "
+                f"is none of {group.material_name}: leave the kind of law as it was, and change its numbers"
+            )
+    return replace(other, memory=None)
 
 
 def _clamped_otherwise(group: Any, there: Any) -> bool:
@@ -280,7 +315,7 @@ def _held_anew(group: Any, state: Any, rows: IntArray, there: Any, other: Any, o
     state = group.moved_by(state, rows, displacement[others], velocity[others])
     return (
         state
-        if state.memory is None
+        if state.memory is None or other.memory is None
         else replace(state, memory=_put(state.memory, rows, other.memory, others))
     )
 

@@ -92,7 +92,7 @@ class Factor(ABC):
 
 def portions(count: int, total: int) -> Iterator[slice]:
     """Columns 0 to ``count`` in portions that fit into ``AT_ONCE`` with ``total`` rows, or of ``FEWEST``."""
-    width = max(FEWEST, AT_ONCE // total)
+    width = max(FEWEST, AT_ONCE // max(total, 1))  # clamps may leave no rows
     return (slice(first, first + width) for first in range(0, count, width))
 
 

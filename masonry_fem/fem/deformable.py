@@ -121,6 +121,16 @@ class Deformable[S: Deformed](Meshed[S]):
         """The same blocks with clamps whose motions go on from where a state has them."""
         return self
 
+    def clamped_as(self, other: Self) -> Self:
+        """The same blocks with the clamps of another group of them, which may be of another material."""
+        return self
+
+    def strained_as(self, state: S) -> S:
+        """The state with the stresses that this material has at strains that were reached with another."""
+        memory = self.constitution.followed(state, state.displacement, state.time)
+        found: S = replace(state, memory=memory)  # type: ignore[type-var]
+        return found
+
     def clamp_forces(self, state: S, force: FloatArray, nodal: FloatArray) -> FloatArray:
         """What clamps give beside loads and contacts (b, n) in statics, zero at free dofs, (b, n) [N]."""
         return np.zeros_like(force)

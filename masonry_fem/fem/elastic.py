@@ -143,6 +143,12 @@ class ElasticGroup(Deformable[ElasticState]):
         group.clamping = self.clamping.starting_at(state.displacement[:, self.holds.dofs])
         return group
 
+    def clamped_as(self, other: Self) -> Self:
+        """The same blocks with the clamps of another group of them, which may be of another material."""
+        group = copy(self)
+        group.clamping = other.clamping
+        return group
+
     def clamp_forces(self, state: ElasticState, force: FloatArray, nodal: FloatArray) -> FloatArray:
         """What clamps give beside loads and contacts (b, n) in statics, zero at free dofs, (b, n) [N]."""
         given = self.nodal_residual(state, state, force, nodal, Scheme(1.0, 1.0, 0.0))

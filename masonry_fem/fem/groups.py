@@ -30,12 +30,16 @@ SAME_TURN = 1e-12  # rotations that differ by less are one: poses carry rounding
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What the blocks of a group have in common; ``turn`` is set where the mesh is turned to the world."""
+    """What the blocks of a group have in common; ``turn`` is set where the mesh is turned to the world.
+
+    Those with another number ``apart`` are in another group.
+    """
 
     shape: int
     material: ElasticMaterial
     held: Faces
     turn: bytes
+    apart: int
 
     @property
     def stuff(self) -> _Stuff:
@@ -53,6 +57,7 @@ def elastic_groups(
     turns: bool = False,
     kind: str = "elastic",
     warming: Mapping[int, Sequence[Change]] | None = None,
+    apart: Mapping[int, int] | None = None,
 ) -> tuple[Group, ...]:
     """Groups of the elastic blocks of an assembly, in the order of their first blocks.
 
@@ -68,6 +73,7 @@ def elastic_groups(
     turns : Whether elastic blocks that nothing clamps turn without bound; else kinematics are small.
     kind : Name of their fidelity.
     warming : Strains by temperature, by block.
+    apart : Numbers by block; blocks of different ones are in different groups, as their materials may change.
 
     Raises
     ------
@@ -79,7 +85,7 @@ def elastic_groups(
     clamped = clamps or {}
     kinds: dict[_Kind, list[int]] = {}
     for block in sorted(materials):
-        found = _kind(assembly, block, materials[block], clamped.get(block, ()))
+        found = _kind(assembly, block, materials[block], clamped.get(block, ()), (apart or {}).get(block, 0))
         kinds.setdefault(found, []).append(block)
     operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
@@ -155,7 +161,9 @@ def _group(
     )
 
 
-def _kind(assembly: Assembly, block: int, material: ElasticMaterial, clamps: Sequence[Clamp]) -> _Kind:
+def _kind(
+    assembly: Assembly, block: int, material: ElasticMaterial, clamps: Sequence[Clamp], apart: int
+) -> _Kind:
     stone, everything = assembly.blocks[block], tuple(range(assembly.dimension))
     held = tuple((clamp.face, tuple(sorted(clamp.components or everything))) for clamp in clamps)
     # components are world axes: if only some of them are held, the mesh is rotated into the world's axes
@@ -164,7 +172,7 @@ def _kind(assembly: Assembly, block: int, material: ElasticMaterial, clamps: Seq
     if turned and material.orthotropic is not None:
         material = replace(material, orthotropic=material.orthotropic.turned(stone.pose.rotation))
     turn = np.rint(stone.pose.rotation / SAME_TURN).astype(np.int64).tobytes() if turned else b""
-    return _Kind(stone.shape, material, held, turn)
+    return _Kind(stone.shape, material, held, turn, apart)
 
 
 def _mesh(assembly: Assembly, block: int, kind: _Kind) -> Mesh:

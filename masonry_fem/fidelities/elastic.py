@@ -85,5 +85,5 @@ class Elastic(Fidelity):
         assert cls.name is not None
         return elastic_groups(
             given.assembly, materials, given.clamps, given.plane, given.lumped, before, given.turns, cls.name,
-            given.warming,
+            given.warming, {block: id(stone) for block, stone in given.materials.items()},
         )  # fmt: skip

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.coupling import Coupling
+from masonry_fem.march.coupling import Coupling, connect
 from masonry_fem.march.encounter import meeting_step
 from masonry_fem.march.lookout import Lookout
 from masonry_fem.march.model import Model
@@ -124,6 +124,7 @@ def _parts(
 
     ``parts`` is into how many it may be divided for the joints' sake, and for that of blocks that turn.
     """
+    coupling, state = _aged(coupling, state, until)
     # the shortest part alone, so that the load at which stones snap is known as well as any
     snaps = parts[1] == 1 and scheme.inertia == 0
     met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout, snaps=snaps)
@@ -140,6 +141,20 @@ def _parts(
         yield from [(met, made, until)] if undecided and made.solution.outcome.moves else halves
     else:
         yield met, made, until
+
+
+def _aged(coupling: Coupling, state: SystemState, until: float) -> tuple[Coupling, SystemState]:
+    """The stones of the materials that they have at a time, strained as they are."""
+    model = coupling.model
+    groups = model.groups if model.ageing is None else model.ageing(model.groups, until)
+    if groups is model.groups:
+        return coupling, state
+    anew: tuple[Any, ...] = groups
+    bodies = tuple(
+        own if new is old else new.strained_as(own)
+        for new, old, own in zip(anew, model.groups, state.bodies, strict=True)
+    )
+    return connect(replace(model, groups=groups)), replace(state, bodies=bodies)
 
 
 def _lost(coupling: Coupling, made: Increment) -> bool:

@@ -295,6 +295,7 @@ class _Course:
             self.ledger, self.witness.seen, self.troubles.noted, dict(self.clock.phases),
             self.coupling.structure.factored,
             tuple(group.warmed(own) for group, own in zip(model.groups, state.bodies, strict=True)),
+            model.ageing is not None,
         )  # fmt: skip
 
     def reached(self, strategy: Strategy) -> Standing | None:

@@ -147,6 +147,9 @@ class Meet(Protocol):
         ...
 
 
+type Ageing = Callable[[tuple[BodyGroup, ...], float], tuple[BodyGroup, ...]]
+
+
 @dataclass(frozen=True, slots=True)
 class Model:
     """Blocks, contacts and loads, ready to march.
@@ -173,6 +176,7 @@ class Model:
     joint_records : Number of the scene's joint record of each interface.
     ground : What shakes the ground; None: nothing.
     found : Whether contacts were found on the way, where blocks had gone.
+    ageing : Makes groups whose materials have changed by a time [s] or load factor; None: none change.
     last_forces : What ``external_forces`` keeps, as loads seldom change.
     """
 
@@ -196,4 +200,5 @@ class Model:
     joint_records: tuple[int, ...] = ()
     ground: Shaking | None = None
     found: bool = False
+    ageing: Ageing | None = None
     last_forces: LastForces = field(default_factory=LastForces, compare=False, repr=False)

@@ -80,6 +80,7 @@ class Standing:
     seconds : CPU time by phase [s].
     factored : Its contact solver has given up iterations for factors.
     warmed : Strains by temperature of the blocks of each group, shape (b,); None where there are none.
+    ages : Whether materials change on its way.
     """
 
     done: int
@@ -93,6 +94,7 @@ class Standing:
     seconds: dict[str, float]
     factored: bool
     warmed: tuple[np.ndarray | None, ...] = ()
+    ages: bool = False
 
 
 class Keep(Protocol):

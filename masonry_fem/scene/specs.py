@@ -209,7 +209,7 @@ class Stage(Spec, frozen=True, kw_only=True):
     joints : in place of those of the stage before; joints whose kind of law changes begin anew
     ties : in place of those of the stage before. Ties of the same names go on; new ones bear their pretension
         where their points have gone
-    materials : tables in place of those of the same names
+    materials : tables in place of those of the same names; numbers of stones that deform go there evenly
     without : blocks that are not there, in place of those of the stage before. What they gave to others goes
         in statics evenly over the steps; stones that appear have no stress, and stand where
         ``analysis.new_stones`` says

@@ -9,6 +9,7 @@ import pytest
 
 from masonry_fem.analyses.run import run
 from masonry_fem.analyses.run.resume import resume
+from masonry_fem.errors import MasonryError
 from masonry_fem.scene import loads
 from tests.analyses.test_resume import bits, cut, files
 
@@ -143,3 +144,41 @@ def test_a_rigid_stone_that_was_carried_aside_is_held_where_it_is(named, outcome
     assert [stage.outcome for stage in made.summary.stages] == ["equilibrium", outcome]
     if outcome == "equilibrium":
         assert column(tmp_path, "probes.top_x")[3:] == pytest.approx(0.05, abs=1e-6)
+
+
+HELD = """
+dimension = 2
+fidelity = "elastic"
+mesh = {{ divisions = {divisions} }}
+materials.stone = {{ density = 2000.0, young = 1e8, poisson = 0.2 }}
+structures = [{{ kind = "stack", name = "stack", material = "stone", size = [1.0, 1.0], count = 3 }}]
+joints = [{{ friction = 0.5 }}]
+loads.gravity = [0.0, -10.0]
+probes = [{{ name = "top", block = "stack.b3", point = [0.5, 3.0] }}]
+output = {{ pictures = false, fields = false }}
+
+[[stages]]
+name = "built"
+analysis = {{ kind = "statics", load_steps = 1 }}
+
+[[stages]]
+name = "held"
+analysis = {{ kind = "statics", load_steps = 2 }}
+supports = [{{ on = "{on}" }}]
+"""
+
+
+@pytest.mark.parametrize("divisions", [[2, 2], [1, 1]])  # of the second all nodes are held
+def test_a_stone_that_deforms_is_held_where_it_is(divisions, tmp_path):
+    made = run(loads(HELD.format(divisions=divisions, on="stack.b2/*")), tmp_path)
+    assert made.outcome == "equilibrium"
+    with (tmp_path / "history.csv").open(encoding="utf-8", newline="") as file:
+        places = [float(row["probes.top_y"]) for row in csv.DictReader(file)]
+    assert places == pytest.approx(3 * places[:1], rel=1e-9)
+    weight = 2000.0 * 10.0
+    assert made.summary.supports["stack.ground"].force == pytest.approx([0.0, 3 * weight], abs=1e-6 * weight)
+
+
+def test_a_stone_that_deforms_is_no_support_as_a_whole(tmp_path):
+    with pytest.raises(MasonryError, match=r"'stack.b2' was elastic, and is a support.* on = 'stack.b2/\*'"):
+        run(loads(HELD.format(divisions=[2, 2], on="stack.b2")), tmp_path)

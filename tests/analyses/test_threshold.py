@@ -309,3 +309,32 @@ def test_a_key_is_written_as_overrides_take_it() -> None:
     assert SweptKey.of("a.b", "5 cm", "20 cm").override(12.5) == "a.b=12.5 cm"
     assert SweptKey.of("a.b", 1, 2, (3.0, 4.0)).override(10.0) == "a.b=[6.0, 8.0]"
     assert SweptKey.of("a.b", "1 N", "2 N", (0.0, 2.0)).override(1.0) == 'a.b=["0.0 N", "1.0 N"]'
+
+
+PUSHED = """
+dimension = 2
+fidelity = "rigid"
+materials.stone = { density = 2000.0 }
+structures = [{ kind = "stack", name = "stack", material = "stone", size = [0.5, 0.5], count = 4 }]
+joints = [{ friction = 0.7 }]
+loads.gravity = [0.0, -10.0]
+loads.accelerations = [{ vector = [1.0, 0.0], case = "wind" }]
+output = { pictures = false, fields = false }
+combinations = [
+  { name = "weight", factors = { gravity = 1.35 } },
+  { name = "windward", factors = { gravity = 1.0, wind = 1.5 } },
+  { name = "leeward", factors = { gravity = 1.35, wind = -1.5 } },
+]
+"""
+
+
+def test_the_combination_that_falls_first_decides(tmp_path):
+    scene = tmp_path / "pushed.toml"
+    scene.write_text(PUSHED, encoding="utf-8")
+    found = threshold(
+        scene, "loads.accelerations.0.vector", (0.2, 4.0), along=(1.0, 0.0), out=tmp_path / "out"
+    )
+    tips = 10.0 * 0.5 / 2.0 / 1.5  # where 1.5 a H/2 = g B/2
+    for told in (found.summary.simulation, found.summary.limit_analysis):
+        assert told.stands < tips < told.falls < 1.01 * tips
+    assert "Combination 'windward': No equilibrium" in found.summary.message

@@ -74,7 +74,7 @@ def reopened(folder: Path, *, trust: bool = False) -> Left:
     standing = checkpoint.standing
     model, state = gone_on(scene, built, folder, standing), standing.state
     warmed = standing.warmed or (None,) * len(model.groups)  # of older files
-    return Left(built.stones, model, state, warmed)
+    return Left(built.stones, model, state, warmed, scene.materials)
 
 
 def untrusted(text: str) -> str:

@@ -109,8 +109,9 @@ def _refuse_other_steps(before: specs.Analysis, scene: specs.Scene, checkpoint: 
         )
     done = 0 if checkpoint.standing is None else checkpoint.standing.done
     _refuse_other_plan(before, scene.analysis, done)
-    warmed = () if checkpoint.standing is None else checkpoint.standing.warmed
-    fades = scene.analysis.start is not None and any(one is not None for one in warmed)
+    at = checkpoint.standing
+    changes = at is not None and (at.ages or any(one is not None for one in at.warmed))
+    fades = scene.analysis.start is not None and changes
     _refuse_other_ramp(before, scene, fades=fades)
     if checkpoint.outcome and (_steps(before, done, 1) or not _steps(scene.analysis, done, 1)):
         raise EndedError(
@@ -138,15 +139,16 @@ def _refuse_other_plan(before: specs.Analysis, after: specs.Analysis, done: int)
 def _refuse_other_ramp(before: specs.Analysis, scene: specs.Scene, *, fades: bool) -> None:
     """Refuse an analysis whose ramp, which motions follow that have no time of their own, is another.
 
-    ``fades``: so may temperatures of the start.
+    ``fades``: so may temperatures and materials of the start.
     """
     after = scene.analysis
     motions = [one.motion.time for one in scene.supports if one.motion is not None]
     times = motions + [one.time for one in scene.loads.temperatures]
     if before.ramp != after.ramp and (fades or None in times):
         raise CheckpointError(
-            f"motions or temperatures without a time function go on until t = {before.ramp:g} s, with this "
-            f"analysis until {after.ramp:g} s, so that steps that are made would be others; give them a time"
+            f"motions, materials or temperatures without a time function go on until t = {before.ramp:g} s, "
+            f"with this analysis until {after.ramp:g} s, so that steps that are made would be others; give "
+            "motions and temperatures a time, and let another scene start from this end (analysis.start)"
         )
 
 

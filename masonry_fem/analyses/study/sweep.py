@@ -32,6 +32,7 @@ from masonry_fem.output.folder import Folder
 from masonry_fem.records.record import check_share
 from masonry_fem.results.study import Recommendation
 from masonry_fem.scene import Scene, dumps, loads
+from masonry_fem.scene.misfit import listed
 from masonry_fem.scene.overrides import texts
 
 
@@ -143,6 +144,7 @@ def study(
     wanted = Reference.of(reference, varied)
     varied = wanted.gather(varied)
     cells = plan(source, varied)
+    _refuse_combinations(source, cells)
     folder = source.folder(out, "study")
     crew = Crew(workers, time_limit)
     made = loads(next(cell.scene for cell in cells if cell.scene), base=source.base)
@@ -161,6 +163,18 @@ def study(
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted
     )
+
+
+def _refuse_combinations(source: Source, cells: Sequence[Cell]) -> None:
+    """Refuse scenes of which each cell would have several ends."""
+    for scene in (loads(cell.scene, base=source.base) for cell in cells if cell.scene):
+        if scene.combinations:
+            names = listed(one.name for one in scene.combinations)
+            raise MasonryError(
+                f"{source.name} has the load combinations {names}, and a cell of a study is one run: 'run' "
+                "the scene for the envelope, and vary keys of the as_run.toml that stands in a combination's "
+                "folder; 'threshold' searches in all of them"
+            )
 
 
 def _led(cell: Cell, base: Path, folder: Path) -> Cell:

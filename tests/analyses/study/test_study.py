@@ -13,7 +13,7 @@ from masonry_fem.analyses.study import study
 from masonry_fem.analyses.study.target import Target
 from masonry_fem.analyses.study.values import shown
 from masonry_fem.errors import MasonryError
-from masonry_fem.scene import load
+from masonry_fem.scene import load, loads
 
 PIER = """
 title = "pier"
@@ -275,3 +275,20 @@ accelerations = [{ vector = [1.0, 0.0] }]
         force = row.quantities["supports.pier.ground"].values[0]
         assert force == pytest.approx(-push / 10 * WEIGHT, rel=1e-6)
     assert len(list((tmp_path / "out" / "stages").iterdir())) == 1
+
+
+def test_combinations_are_refused_before_any_cell(tmp_path: Path) -> None:
+    own = loads(
+        """
+        dimension = 2
+        fidelity = "rigid"
+        materials.stone = { density = 2000.0 }
+        structures = [{ kind = "stack", name = "s", material = "stone", size = [1.0, 1.0], count = 1 }]
+        joints = [{ friction = 0.7 }]
+        loads.gravity = [0.0, -10.0]
+        combinations = [{ name = "heavy", factors = { gravity = 1.35 } }]
+        """
+    )
+    with pytest.raises(MasonryError, match="load combinations 'heavy', and a cell of a study is one run"):
+        study(own, ["joints.0.friction=0.5,0.6"], out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -164,7 +164,6 @@ def _constants() -> list[Switch]:
     return [
         Switch("few contacts as many", kind, turns, "MANY", 0, where=FEW),
         Switch("many contacts as few", kind, turns, "MANY", 10**9, where=MANY),
-        Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="sweeps"),
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
         Switch("later rounds as brief as first ones", kind, turns, "LED_STEPS", turns.BRIEF, where=LED),
         Switch("interior point slides at once", kind, turns, "TURNS",

@@ -14,6 +14,7 @@ from masonry_fem.contact.placement import names, on_round_faces, points_of, toge
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.planes import shapes
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
+from masonry_fem.contact.smooth import round_joints
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.contact.update import picked
 from masonry_fem.errors import ExtensionError, GeometryError
@@ -240,16 +241,10 @@ def _round_groups(
 ) -> list[IntArray]:
     """Interfaces, those together that two round faces have in common and whose rule places on whole faces."""
     whole = {rule: on_round_faces(rule.name) for rule in dict.fromkeys(rules)}
+    joints = round_joints(assembly, interfaces, [surface.smooth for surface in surfaces]).tolist()
     groups: dict[object, list[int]] = {}
-    for number, (one, rule) in enumerate(zip(interfaces, rules, strict=True)):
-        key: object = number
-        if whole[rule] and one.area > 0:
-            sides = zip(one.blocks, one.faces, strict=True)
-            smooth = (
-                (block, int(surfaces[assembly.blocks[block].shape].smooth[face])) for block, face in sides
-            )
-            key = (*sorted(smooth), one.label, rule)
-        groups.setdefault(key, []).append(number)
+    for number, (joint, rule) in enumerate(zip(joints, rules, strict=True)):
+        groups.setdefault((joint, rule) if whole[rule] else number, []).append(number)
     return [np.array(rows) for rows in groups.values()]
 
 

@@ -7,6 +7,8 @@ round face, of which each mesh facet is a chord.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -18,7 +20,12 @@ from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
+if TYPE_CHECKING:
+    from masonry_fem.contact.contacts import Interface
+    from masonry_fem.solid.assembly import Assembly
+
 SMOOTH = 20.0  # angle [degrees] below which neighbouring faces are parts of one round face
+FLAT = math.cos(math.radians(SMOOTH))  # least cosine between the normals of such faces
 
 
 def smooth_faces(solid: Polytope, normals: FloatArray) -> IntArray:
@@ -31,12 +38,33 @@ def smooth_faces(solid: Polytope, normals: FloatArray) -> IntArray:
     """
     count = len(solid.faces)
     first, second = _neighbours(solid.faces, solid.dimension)
-    joined = (normals[first] * normals[second]).sum(axis=1) > math.cos(math.radians(SMOOTH))
+    joined = (normals[first] * normals[second]).sum(axis=1) > FLAT
     if not joined.any():
         return np.arange(count)
     pairs = first[joined], second[joined]
     graph = sparse.coo_array((np.ones(len(pairs[0])), pairs), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def round_joints(assembly: Assembly, interfaces: Sequence[Interface], smooth: Sequence[IntArray]) -> IntArray:
+    """The joint that each interface is a part of, numbered as they first come, shape (i,).
+
+    Facets that two faces, round or parted, have in common under one label make up one joint; a corner, an
+    edge and a tie are one of their own.
+
+    Parameters
+    ----------
+    assembly : The blocks. interfaces : Where they touch.
+    smooth : Of each shape the round face of each of its faces, from ``smooth_faces``.
+    """
+    joints: dict[object, int] = {}
+    found = np.empty(len(interfaces), dtype=np.int64)
+    for number, one in enumerate(interfaces):
+        sides = zip(one.blocks, one.faces, strict=True)
+        of = sorted((block, int(smooth[assembly.blocks[block].shape][face])) for block, face in sides)
+        key: object = (*of, one.label) if one.area > 0 and not one.tie else number
+        found[number] = joints.setdefault(key, len(joints))
+    return found
 
 
 def curvatures(mesh: Mesh, facets: IntArray, smooth: IntArray) -> FloatArray:

@@ -96,7 +96,7 @@ class Witness:
         first, second = self.overlap.blocks
         return (
             f"'{first}' and '{second}' overlap by {self.overlap.value:.3g} m (step "
-            f"{self.overlap.step}): no contact between them prevented it"
+            f"{self.overlap.step}): contact between them came too late, or not at all"
         )
 
     def see(self, model: Model, state: SystemState) -> None:

@@ -5,9 +5,9 @@
   blocks at rest, and what is done for many rigid blocks. After that elastic ones search along Newton's steps,
   or begin at the impulses of that rest.
 - Rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
-  is local in its result, as long as the contraction seen promises an end, and Newton to polish it. It cannot
-  start from the step before: there a few Newton steps from the bonded state come first, which is all that
-  sticking walls need. Fewer contacts begin with more of them, from the step before with sweeps.
+  is local in its result, and Newton to polish it. It cannot start from the step before: there a few Newton
+  steps from the bonded state come first, which is all that sticking walls need. Fewer contacts begin with
+  more of them, from the step before with sweeps.
 - What is left goes to Newton with other weights, where it is small, and to the following of a path where
   rigid blocks move in a plane.
 """
@@ -28,10 +28,8 @@ from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
 
-# Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
-# step costs as much as 500 to 1000 sweeps.
+# Sweeps before the next turn takes over. One Newton step costs as much as 500 to 1000 sweeps.
 SWEEPS = 1_500
-PATIENCE = 300
 # Rigid contacts from which the interior point is faster than Newton's method from cold.
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
@@ -228,7 +226,7 @@ def _interior_point(case: Case) -> Method:
 def _sweeps(case: Case) -> Method:
     from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
-    return GaussSeidel(iterations=SWEEPS, patience=PATIENCE, horizon=SWEEPS)
+    return GaussSeidel(iterations=SWEEPS)
 
 
 def _path(case: Case) -> Method:

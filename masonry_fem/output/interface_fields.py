@@ -31,7 +31,7 @@ def labels_of(model: Model) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class InterfaceFields:
-    """Faces as cells over corners of their own.
+    """Facets as cells over corners of their own; those of a round joint have what it has in common.
 
     Attributes
     ----------
@@ -50,36 +50,37 @@ class InterfaceFields:
 
     @classmethod
     def of(cls, model: Model, told: InterfaceForces) -> InterfaceFields:
-        """Those of a model's interfaces."""
+        """Those of a model's joints."""
         faces = told.faces
-        real = np.arange(faces.polygon.shape[1]) < faces.corners[:, None]
+        polygon, of = faces.facets.polygon, faces.facets.joint
+        real = np.arange(polygon.shape[1]) < faces.facets.corners[:, None]
         points = three(told.corner_reference[real])
         blocks = np.array([one.blocks for one in model.interfaces], dtype=np.int64).reshape(-1, 2)
         size = np.where(faces.size > 0, faces.size, np.inf)
-        types = np.where(faces.corners > 2, POLYGON, np.where(faces.corners == 2, LINE, VERTEX))
+        types = np.where(faces.facets.corners > 2, POLYGON, np.where(faces.facets.corners == 2, LINE, VERTEX))
         return cls(
             points,
-            np.cumsum(faces.corners),
+            np.cumsum(faces.facets.corners),
             types.astype(np.uint8),
             {
-                DISPLACEMENT: three(faces.polygon[real]) - points,
+                DISPLACEMENT: three(polygon[real]) - points,
                 OPENING: told.corner_opening[real],
                 SLIDING: told.corner_sliding[real],
             },
             {
-                INTERFACE: np.arange(len(blocks)),
+                INTERFACE: faces.first[of],
                 LABEL: np.unique(labels_of(model), return_inverse=True)[1],
                 CANDIDATE: blocks[:, 0],
                 ANTAGONIST: blocks[:, 1],
-                STATUS: told.status,
-                SLIDES: told.slides.astype(np.int64),
-                FORCE: three(told.force),
-                CENTRE: three(told.centre),
-                ECCENTRICITY: told.eccentricity / size,
-                KERN: told.kern,
-                OPENING: told.opening,
-                SLIDING: told.sliding[:, 1],
-                PRESSURE: told.linear.pressure,
+                STATUS: told.status[of],
+                SLIDES: told.slides[of].astype(np.int64),
+                FORCE: three(told.force[of]),
+                CENTRE: three(told.centre[of]),
+                ECCENTRICITY: (told.eccentricity / size)[of],
+                KERN: told.kern[of],
+                OPENING: told.opening[of],
+                SLIDING: told.sliding[of, 1],
+                PRESSURE: told.linear.pressure[of],
             },
         )
 

@@ -5,8 +5,9 @@
 
 Everything is measured where the blocks are now. Forces act on the candidate (N > 0 is compression); moments
 and eccentricities are about the middle of the face, which moves with the antagonist. Sliding is that of the
-two
-material points of a contact since the start.
+two material points of a contact since the start. Facets of a round joint count together: N is the sum of what
+presses across them. Where they turn too far for a section there is no eccentricity, and T is the sum of the
+friction in each.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from masonry_fem.march.state import SLIP, SystemState
 from masonry_fem.output.joint_faces import JointFaces
 from masonry_fem.output.joint_motion import (
     both_points,
+    joints_of,
     moved_faces,
     nearest_contacts,
     signs,
@@ -48,27 +50,28 @@ LIMIT = 1e-6  # of μ N: what lacks no more of it slides
 
 @dataclass(frozen=True, slots=True)
 class InterfaceForces:
-    """i interfaces; a = 1 axis in 2D, 2 in 3D. Forces [N] and moments [N m], in 2D for a metre of depth.
+    """i joints of f facets; a = 1 axis in 2D, 2 in 3D. Forces [N], moments [N m], in 2D for a metre of depth.
 
     Attributes
     ----------
     faces : The faces, where they are now.
-    corner_reference : Their corners in the reference configuration, shape (i, k, d) [m].
+    corner_reference : Corners of the facets in the reference configuration, shape (f, k, d) [m].
     force : Of the antagonist on the candidate, world axes, shape (i, d).
     normal, shear : N, > 0 pressing, and T along the axes, shapes (i,) and (i, a).
+    tangential : T, shape (i,).
     moment : About the face's middle in world axes, shape (i, 1 | 3).
     centre : Centre of pressure, world, shape (i, d) [m]; NaN where N is 0.
     eccentricity : Of the centre from the middle along the axes, shape (i, a) [m].
     kern : 0 where the centre is the middle, 1 on the rim of the kern, shape (i,).
     edge_share : 0 where the centre is the middle, 1 on the outline of the face, shape (i,).
-    status : FREE, CLOSED (a corner or an edge that stands), MIDDLE_THIRD, CRACKED, HINGE or HELD (it
-        pulls somewhere), shape (i,).
+    status : FREE, CLOSED (a corner, an edge or a round face that presses), MIDDLE_THIRD, CRACKED, HINGE or
+        HELD (it pulls somewhere), shape (i,).
     edge : Name of the side where a hinge lies, else "".
     slides : Where friction is used up, shape (i,).
     friction : Greatest friction force over N, shape (i,); NaN where it does not press.
     friction_used : T over that force, shape (i,).
-    opening : Greatest, and at the corners, shapes (i,) and (i, k) [m].
-    sliding, corner_sliding : Mean over the area, greatest, and at the corners, shapes (i, 2), (i, k) [m].
+    opening : Greatest, and at the facets' corners, shapes (i,) and (f, k) [m].
+    sliding, corner_sliding : Mean over the area and greatest, and at the corners, shapes (i, 2), (f, k) [m].
     linear, plastic : Stress blocks for N; NaN where it does not press within the face.
     """
 
@@ -77,6 +80,7 @@ class InterfaceForces:
     force: FloatArray
     normal: FloatArray
     shear: FloatArray
+    tangential: FloatArray
     moment: FloatArray
     centre: FloatArray
     eccentricity: FloatArray
@@ -117,19 +121,21 @@ def interface_forces(
     reference : Faces of the joints in the reference configuration, if they are known.
     """
     reference = JointFaces.of(model) if reference is None else reference
-    number, count = model.contacts.interface, len(model.interfaces)
+    number, count = joints_of(model, reference), len(reference.first)
     points = both_points(model, state)
     faces = moved_faces(model, state, reference, points)
-    sign = signs(model)
-    world = sign[number, None] * np.einsum("cai,ca->ci", state.reaction_frame, state.reaction)
+    sign = signs(model, reference)
+    world = sign[:, None] * np.einsum("cai,ca->ci", state.reaction_frame, state.reaction)
     force = sum_by(world, number, count)
     arm = state.points - faces.centroid[number]
     moment = sum_by(_cross(arm, world), number, count)
-    pressing = np.einsum("ci,ci->c", world, faces.normal[number])
+    across = sign[:, None] * state.frame[:, 0]
+    pressing = np.einsum("ci,ci->c", world, across)
     flat = np.einsum("ci,cai->ca", arm, faces.axes[number])
     normal, turning = sum_by(pressing, number, count), sum_by(pressing[:, None] * flat, number, count)
     small = SMALL * float(np.linalg.norm(world, axis=1).max(initial=0.0))
-    carries = np.abs(normal) > small
+    loaded = np.abs(normal) > small
+    carries = loaded & faces.plane
     eccentricity = np.full((count, flat.shape[1]), np.nan)
     eccentricity[carries] = turning[carries] / normal[carries, None]
     eccentricity[faces.size == 0] = 0.0
@@ -141,21 +147,27 @@ def interface_forces(
     hinge = status == HINGE
     shear = np.einsum("ai,ai->a", force, faces.normal)[:, None] * faces.normal
     shear = np.einsum("id,iad->ia", force - shear, faces.axes)
-    friction, used, slides = _friction(model, state, pressing, shear, number, small)
+    along = sum_by(world - pressing[:, None] * across, model.contacts.interface, len(model.interfaces))
+    along = sum_by(np.linalg.norm(along, axis=1), faces.facets.joint, count)
+    tangential = np.where(faces.plane, np.linalg.norm(shear, axis=1), along)
+    friction, used, slides = _friction(model, state, pressing, tangential, number, small)
     openings = np.maximum(state.gap, 0.0)
     slide = slides_of(model, state, points)
     sized = np.linalg.norm(slide, axis=1)
     nearest = nearest_contacts(model, reference)
-    presses = carries & (normal > 0)
-    at = np.where(presses[:, None], eccentricity, np.nan)
+    at = np.where((normal > 0)[:, None], eccentricity, np.nan)
+    centre = sum_by(pressing[:, None] * state.points, number, count)
+    centre = np.divide(centre, normal[:, None], out=np.full_like(centre, np.nan), where=loaded[:, None])
+    section = faces.centroid + np.einsum("ia,iad->id", eccentricity, faces.axes)
     return InterfaceForces(
         faces=faces,
-        corner_reference=reference.polygon,
+        corner_reference=reference.facets.polygon,
         force=force,
         normal=normal,
         shear=shear,
+        tangential=tangential,
         moment=moment,
-        centre=faces.centroid + np.einsum("ia,iad->id", eccentricity, faces.axes),
+        centre=np.where(faces.plane[:, None], section, centre),
         eccentricity=eccentricity,
         kern=np.where(carries, kern, np.nan),
         edge_share=_edge_share(faces, eccentricity),
@@ -166,7 +178,7 @@ def interface_forces(
         friction_used=used,
         opening=_most(openings, number, count),
         corner_opening=openings[nearest],
-        sliding=np.stack([_mean(model, sized), _most(sized, number, count)], axis=1),
+        sliding=np.stack([_mean(model, sized, number, count), _most(sized, number, count)], axis=1),
         corner_sliding=sized[nearest],
         linear=_scaled(linear_block(faces, at), normal),
         plastic=_scaled(plastic_block(faces, at), normal),
@@ -208,7 +220,7 @@ def _to_rim(
 def _status(faces: JointFaces, loaded: Mask, pulls: Mask, kern: FloatArray, depth: FloatArray) -> IntArray:
     status = np.where(kern <= 1 + 1e-9, MIDDLE_THIRD, CRACKED)
     status = np.where(depth <= NEAR, HINGE, status)
-    status = np.where(faces.area > 0, status, CLOSED)
+    status = np.where(faces.plane & (faces.area > 0), status, CLOSED)
     status = np.where(pulls, HELD, status)
     result: IntArray = np.where(loaded, status, FREE).astype(np.int64)
     return result
@@ -222,10 +234,10 @@ def _side_name(faces: JointFaces, interface: int, towards: FloatArray) -> str:
 
 
 def _friction(
-    model: Model, state: SystemState, pressing: FloatArray, shear: FloatArray, number: IntArray, small: float
+    model: Model, state: SystemState, pressing: FloatArray, along: FloatArray, number: IntArray, small: float
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Greatest friction over N, the share of it that is used, and where nothing is left."""
-    count = len(shear)
+    count = len(along)
     coefficient = model.laws.reduce(state.joints, state.jump, model.contacts.area, 1.0).friction
     pressed = np.maximum(pressing, 0.0)
     total = sum_by(pressed, number, count)
@@ -235,7 +247,7 @@ def _friction(
     used = np.full(count, np.nan)
     friction[loaded] = most[loaded] / total[loaded]
     able = loaded & (most > 0)
-    used[able] = np.linalg.norm(shear[able], axis=1) / most[able]
+    used[able] = along[able] / most[able]
     slipping = sum_by(np.where(state.status == SLIP, pressed, 0.0), number, count)
     # a joint that turns about its normal slides all over, though its resultant is small
     slides = loaded & ((np.nan_to_num(used) >= 1 - LIMIT) | (slipping >= (1 - LIMIT) * total))
@@ -246,9 +258,8 @@ def _scaled(block: Block, normal: FloatArray) -> Block:
     return Block(block.pressure * normal, block.area)
 
 
-def _mean(model: Model, values: FloatArray) -> FloatArray:
-    """Means over the contacts of each interface, weighted by tributary area if there is any."""
-    number, count = model.contacts.interface, len(model.interfaces)
+def _mean(model: Model, values: FloatArray, number: IntArray, count: int) -> FloatArray:
+    """Means over the contacts of each joint, weighted by tributary area if there is any."""
     bare = np.bincount(number, model.contacts.area, count) <= 0
     weight = np.where(bare[number], 1.0, model.contacts.area)
     total = np.bincount(number, weight, count)

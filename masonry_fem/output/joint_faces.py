@@ -5,17 +5,21 @@
 
 Axes are those of the smallest rectangle about a face that has a side on one of its edges, so that
 an oblong face has its length and its width as axes. In 2D a face is a length and has one axis.
+All facets that two faces have in common are one joint, whose face is their outline in their mean plane.
 They stand in the reference configuration; ``interfaces`` moves them along with the blocks.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from masonry_fem.contact.contacts import Interface, local_frames
+from masonry_fem.contact.smooth import FLAT, round_joints, smooth_faces
 from masonry_fem.march.model import Model
 from masonry_fem.output.polygon_moments import polygon_moments
 from masonry_fem.solid.assembly import Assembly
@@ -23,6 +27,7 @@ from masonry_fem.solid.polytope import Polytope
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 BESIDE = 1e-3  # of a face's size: a block's face that is no farther from the end of a joint bounds it
 
@@ -30,13 +35,31 @@ SLANTWISE = 0.2  # a face may bound a joint if the cosine between its normal and
 
 
 @dataclass(frozen=True, slots=True)
-class JointFaces:
-    """i interfaces; a = 1 axis in 2D, 2 in 3D.
+class Facets:
+    """The model's i interfaces, of which joints are made up.
 
     Attributes
     ----------
     polygon : Corners, padded with the last one, shape (i, k, d) [m].
     corners : How many are real, shape (i,).
+    joint : Of which joint each is, shape (i,).
+    """
+
+    polygon: FloatArray
+    corners: IntArray
+    joint: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class JointFaces:
+    """j joints; a = 1 axis in 2D, 2 in 3D.
+
+    Attributes
+    ----------
+    facets : Of which they are made up.
+    first : The first facet of each, shape (j,).
+    plane : Whether facets are flat enough together for a section with eccentricities, shape (j,).
+    corners : How many corners are real, shape (j,).
     normal : Towards the candidate, shape (i, d).
     axes : Unit vectors in the face; normal and axes are right-handed, shape (i, a, d).
     centroid : shape (i, d) [m].
@@ -47,7 +70,9 @@ class JointFaces:
     sides : Names of the blocks' faces at these ends ("" where none bounds it), a pairs each.
     """
 
-    polygon: FloatArray
+    facets: Facets
+    first: IntArray
+    plane: Mask
     corners: IntArray
     normal: FloatArray
     axes: FloatArray
@@ -60,29 +85,33 @@ class JointFaces:
 
     @classmethod
     def of(cls, model: Model) -> JointFaces:
-        """The faces of a model's interfaces."""
+        """The faces of a model's joints."""
         d, interfaces = model.assembly.dimension, model.interfaces
-        normal = np.array([one.normal for one in interfaces]).reshape(-1, d)
-        corners = np.array([len(one.polygon) for one in interfaces], dtype=np.int64)
-        most = int(corners.max(initial=1))
-        polygon = np.array([_padded(one.polygon, most) for one in interfaces]).reshape(-1, most, d)
+        planes = [_Planes.of(shape.solid) for shape in model.assembly.shapes]
+        joint = round_joints(model.assembly, interfaces, [shape.smooth for shape in planes])
+        facets = Facets(*_padded([one.polygon for one in interfaces], d), joint)
+        rows = np.split(np.argsort(joint, kind="stable"), np.cumsum(np.bincount(joint))[:-1])
+        first = np.unique(joint, return_index=True)[1]
+        normal, area, plane = _mean_planes(interfaces, joint, first, d)
+        polygon, corners = _padded(
+            [_outline(interfaces, own, n) for own, n in zip(rows, normal, strict=False)], d
+        )
         tangents = local_frames(normal)[:, 1:]
         middle = polygon.mean(axis=1)
         raw = np.einsum("ikd,iad->ika", polygon - middle[:, None], tangents)
         axes = tangents if d == 2 else _flush_axes(raw, tangents)
         raw = np.einsum("ikd,iad->ika", polygon - middle[:, None], axes)
-        area = np.array([one.area for one in interfaces])
-        first, second = _moments(raw, corners)
-        centroid = middle + np.einsum("ia,iad->id", first, axes)
-        flat = raw - first[:, None]
+        off, second = _moments(raw, corners)
+        centroid = middle + np.einsum("ia,iad->id", off, axes)
+        flat = raw - off[:, None]
         extent = np.stack([flat.min(axis=1), flat.max(axis=1)], axis=2)
         ends = _ends(flat, extent, centroid, axes)
-        planes = [_Planes.of(shape.solid) for shape in model.assembly.shapes]
         size = np.ptp(extent, axis=2)
         sides = tuple(
-            _sides(model.assembly, planes, one, ends[k], axes[k], size[k]) for k, one in enumerate(interfaces)
+            _sides(model.assembly, planes, interfaces[row], ends[k], axes[k], size[k])
+            for k, row in enumerate(first.tolist())
         )
-        return cls(polygon, corners, normal, axes, centroid, flat, extent, area, second, sides)
+        return cls(facets, first, plane, corners, normal, axes, centroid, flat, extent, area, second, sides)
 
     @property
     def size(self) -> FloatArray:
@@ -91,8 +120,43 @@ class JointFaces:
         return size
 
 
-def _padded(polygon: FloatArray, count: int) -> FloatArray:
-    return np.concatenate([polygon, np.repeat(polygon[-1:], count - len(polygon), axis=0)])
+def _padded(polygons: Sequence[FloatArray], d: int) -> tuple[FloatArray, IntArray]:
+    """Corners with the last one repeated, (i, k, d), and how many are real."""
+    corners = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
+    most = int(corners.max(initial=1))
+    padded = [np.concatenate([own, np.repeat(own[-1:], most - len(own), axis=0)]) for own in polygons]
+    return np.array(padded).reshape(-1, most, d), corners
+
+
+def _mean_planes(
+    interfaces: Sequence[Interface], joint: IntArray, first: IntArray, d: int
+) -> tuple[FloatArray, FloatArray, Mask]:
+    """Mean normals towards the candidates of first facets, areas, and where facets are flat together."""
+    own = np.array([one.normal for one in interfaces]).reshape(-1, d)
+    measure = np.array([one.area for one in interfaces])
+    candidate = np.array([one.blocks[0] for one in interfaces], dtype=np.int64)
+    own = np.where((candidate == candidate[first][joint])[:, None], own, -own)
+    total = np.stack([np.bincount(joint, measure * x, len(first)) for x in own.T], axis=1)
+    size = np.linalg.norm(total, axis=1)
+    alone = (np.bincount(joint, minlength=len(first)) == 1) | (size == 0)
+    normal = np.where(alone[:, None], own[first], total / np.where(alone, 1.0, size)[:, None])
+    least = np.ones(len(first))
+    np.minimum.at(least, joint, np.einsum("id,id->i", own, normal[joint]))
+    area = np.bincount(joint, measure, len(first))
+    return normal, area, least > FLAT
+
+
+def _outline(interfaces: Sequence[Interface], rows: IntArray, normal: FloatArray) -> FloatArray:
+    """Corners of what facets cover together in their mean plane, filled where it is hollow."""
+    if len(rows) == 1:
+        alone: FloatArray = interfaces[rows[0]].polygon
+        return alone
+    points = np.concatenate([interfaces[row].polygon for row in rows.tolist()])
+    tangents, middle = local_frames(normal[None])[0, 1:], points.mean(axis=0)
+    flat = (points - middle) @ tangents.T
+    around = [flat.argmin(), flat.argmax()] if len(tangents) == 1 else ConvexHull(flat).vertices
+    corners: FloatArray = middle + flat[around] @ tangents
+    return corners
 
 
 def _flush_axes(flat: FloatArray, tangents: FloatArray) -> FloatArray:
@@ -136,17 +200,21 @@ def _moments(flat: FloatArray, corners: IntArray) -> tuple[FloatArray, FloatArra
 
 @dataclass(frozen=True, slots=True)
 class _Planes:
-    """Planes of a shape's faces: normals (f, d), their distances from the origin (f,) [m], names."""
+    """Planes of a shape's faces: normals (f, d), their distances from the origin (f,) [m], names.
+
+    And the round face that each is a part of, shape (f,).
+    """
 
     normal: FloatArray
     distance: FloatArray
     names: tuple[str, ...]
+    smooth: IntArray
 
     @classmethod
     def of(cls, solid: Polytope) -> _Planes:
         normal = np.array([solid.normal(face) for face in range(len(solid.faces))])
         on = np.array([solid.vertices[loop[0]] for loop in solid.faces])
-        return cls(normal, np.einsum("fd,fd->f", normal, on), solid.names)
+        return cls(normal, np.einsum("fd,fd->f", normal, on), solid.names, smooth_faces(solid, normal))
 
 
 def _sides(

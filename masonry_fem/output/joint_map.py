@@ -64,7 +64,9 @@ def _draw(scenery: Scenery, path: Path, amplification: float | None, name: str, 
     moved.points = faces.points + shape.factor * np.asarray(faces.point_data[fields.DISPLACEMENT])
     moved.point_data["_value"] = value / factor
     sheet = Sheet(title_of(scenery.title, f"{what} of the joints"), "")
-    told = f"{int(shown.sum())} of {len(shown)} joints {verb}, greatest {quantity(greatest, 'm')}"
+    joint = np.asarray(faces.cell_data[fields.INTERFACE])
+    counts = f"{len(np.unique(joint[shown]))} of {len(np.unique(joint))} joints"
+    told = f"{counts} {verb}, greatest {quantity(greatest, 'm')}"
     told = told if shown.any() else f"No joint {'opens' if what == 'opening' else 'slides'} beyond rounding"
     sheet.caption = f"{told}; {small(shape.caption())}"
     limits = (0.0, max(greatest / factor, 1e-12))

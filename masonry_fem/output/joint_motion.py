@@ -38,30 +38,25 @@ def both_points(model: Model, state: SystemState) -> FloatArray:
     return points
 
 
-def first_contacts(model: Model) -> IntArray:
-    """First contact of each interface, shape (i,).
+def joints_of(model: Model, faces: JointFaces) -> IntArray:
+    """The joint that each contact is in, shape (c,).
 
-    A facet of a round face may have none: contacts beside it bear what it bears. It takes the first between
-    the same two blocks.
+    Parameters
+    ----------
+    model : The model. faces : Of its joints.
     """
-    number = model.contacts.interface
-    first = np.full(len(model.interfaces), -1)
-    first[number[::-1]] = np.arange(len(number))[::-1]
-    bare = np.flatnonzero(first < 0)
-    if len(bare) and len(number):
-        pairs = np.sort(np.array([one.blocks for one in model.interfaces]), axis=1)
-        _, pair = np.unique(pairs, axis=0, return_inverse=True)
-        borne = np.flatnonzero(first >= 0)[::-1]
-        of_pair = np.zeros(pair.max() + 1, dtype=np.int64)
-        of_pair[pair[borne]] = first[borne]
-        first[bare] = of_pair[pair[bare]]
-    return first
+    return faces.facets.joint[model.contacts.interface]
 
 
-def signs(model: Model) -> FloatArray:
-    """−1 where an interface's contacts have its candidate for antagonist, shape (i,)."""
-    candidate = np.array([interface.blocks[0] for interface in model.interfaces])
-    return np.where(model.contacts.blocks[first_contacts(model), 0] == candidate, 1.0, -1.0)
+def signs(model: Model, faces: JointFaces) -> FloatArray:
+    """−1 where a contact has its joint's candidate for antagonist, shape (c,).
+
+    Parameters
+    ----------
+    model : The model. faces : Of its joints.
+    """
+    candidate = np.array([model.interfaces[row].blocks[0] for row in faces.first.tolist()], dtype=np.int64)
+    return np.where(model.contacts.blocks[:, 0] == candidate[joints_of(model, faces)], 1.0, -1.0)
 
 
 def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: FloatArray) -> JointFaces:
@@ -76,27 +71,21 @@ def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: Flo
     faces : In the reference configuration.
     points : As ``both_points`` returns them.
     """
-    number, count = model.contacts.interface, len(model.interfaces)
-    first = first_contacts(model)
+    number, count = joints_of(model, faces), len(faces.first)
+    first = np.unique(number, return_index=True)[1]
     turn = np.einsum("iab,iac->ibc", state.frame[first], model.contacts.frame[first])
-    many = np.bincount(number, minlength=count)[:, None]
+    many = np.bincount(number)[:, None]
     ahead = points[:, 0] - points[:, 1]
     ahead -= np.einsum("ca,ca->c", ahead, state.frame[:, 0])[:, None] * state.frame[:, 0]
     before, shift = (
-        np.where(many > 0, sum_by(at, number, count) / np.maximum(many, 1), at[first])
-        for at in (model.contacts.points[:, 1], points[:, 1] + ahead)
+        sum_by(at, number, count) / many for at in (model.contacts.points[:, 1], points[:, 1] + ahead)
     )
-
-    def carried(points: FloatArray) -> FloatArray:
-        arms = points - (before if points.ndim == 2 else before[:, None])
-        moved = np.einsum("iab,i...b->i...a", turn, arms)
-        result: FloatArray = moved + (shift if points.ndim == 2 else shift[:, None])
-        return result
-
+    corners, of = faces.facets.polygon, faces.facets.joint
+    moved = np.einsum("iab,ikb->ika", turn[of], corners - before[of, None]) + shift[of, None]
     return replace(
         faces,
-        polygon=carried(faces.polygon),
-        centroid=carried(faces.centroid),
+        facets=replace(faces.facets, polygon=moved),
+        centroid=np.einsum("iab,ib->ia", turn, faces.centroid - before) + shift,
         normal=np.einsum("iab,ib->ia", turn, faces.normal),
         axes=np.einsum("iab,ikb->ika", turn, faces.axes),
     )
@@ -117,33 +106,33 @@ def slides_of(model: Model, state: SystemState, points: FloatArray) -> FloatArra
 
 
 def nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
-    """The contact of the same interface that is nearest to each corner of its face, shape (i, k).
+    """The contact of the same joint that is nearest to each corner of a facet, shape (i, k).
 
     Parameters
     ----------
     model : The model.
-    faces : Faces of its i joints, with k corners, in the reference configuration.
+    faces : Faces of its joints, with i facets of k corners, in the reference configuration.
     """
-    number, points = model.contacts.interface, model.contacts.points[:, 1]
-    if not len(faces.polygon):
-        return np.zeros(faces.polygon.shape[:2], dtype=np.int64)
-    apart = 10.0 * float(np.ptp(faces.polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
-    tree = cKDTree(np.column_stack([points, apart * number]))
-    count, corners, d = faces.polygon.shape
-    own = np.repeat(number[first_contacts(model)], corners)
-    _, nearest = tree.query(np.column_stack([faces.polygon.reshape(-1, d), apart * own]))
+    polygon, points = faces.facets.polygon, model.contacts.points[:, 1]
+    if not len(polygon):
+        return np.zeros(polygon.shape[:2], dtype=np.int64)
+    apart = 10.0 * float(np.ptp(polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
+    tree = cKDTree(np.column_stack([points, apart * joints_of(model, faces)]))
+    count, corners, d = polygon.shape
+    own = np.repeat(faces.facets.joint, corners)
+    _, nearest = tree.query(np.column_stack([polygon.reshape(-1, d), apart * own]))
     result: IntArray = np.asarray(nearest, dtype=np.int64).reshape(count, corners)
     return result
 
 
 def sum_by(values: FloatArray, number: IntArray, count: int) -> FloatArray:
-    """Sums over the contacts of each interface, shape (count, ...).
+    """Sums over the contacts of each joint, shape (count, ...).
 
     Parameters
     ----------
     values : One per contact, shape (c, ...).
-    number : Interface of each contact, shape (c,).
-    count : Number of interfaces.
+    number : Joint of each contact, shape (c,).
+    count : Number of joints.
     """
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, number, values)

@@ -77,6 +77,13 @@ class Scenery:
         return cls(blocks, contacts, grid.dimension, model.length, title, faces, ties)
 
     @property
+    def joints(self) -> dict[str, NDArray[Any]]:
+        """The arrays of ``interfaces``, a row a joint: facets of one have the same."""
+        cells = self.interfaces.cell_data
+        first = np.unique(np.asarray(cells[fields.INTERFACE]), return_index=True)[1]
+        return {name: np.asarray(cells[name])[first] for name in cells}
+
+    @property
     def force_unit(self) -> str:
         """Unit of reactions: a plane structure has a metre of depth."""
         return "N/m" if self.dimension == 2 else "N"

@@ -43,11 +43,10 @@ def draw_thrust(scenery: Scenery, path: Path) -> Path:
     scenery : What to draw.
     path : The picture.
     """
-    faces = scenery.interfaces
-    status = np.asarray(faces.cell_data[fields.STATUS])
-    slides = np.asarray(faces.cell_data[interface_fields.SLIDES], bool)
-    centre = np.asarray(faces.cell_data[interface_fields.CENTRE], float)
-    size = np.linalg.norm(np.asarray(faces.cell_data[interface_fields.FORCE], float), axis=1)
+    told = scenery.joints
+    status, slides = told[fields.STATUS], told[interface_fields.SLIDES].astype(bool)
+    centre = told[interface_fields.CENTRE]
+    size = np.linalg.norm(told[interface_fields.FORCE], axis=1)
     top = float(size.max(initial=0.0)) or 1.0
     # what pulls has no centre of pressure in its face
     drawn = np.isfinite(centre).all(axis=1) & ~np.isin(status, (FREE, HELD)) & (size > LEAST * top)
@@ -61,7 +60,7 @@ def draw_thrust(scenery: Scenery, path: Path) -> Path:
     stage.mark(bands(stage.view, starts, ends, wide), BAND)
     for points, side in ((starts, 0), (ends, 1)):  # round where bands meet
         stage.mark(discs(stage.view, points, 0.5 * wide[:, side]), BAND)
-    _draw_joints(stage, scenery, status)
+    _draw_joints(stage, scenery)
     mark_ties(stage, sheet, scenery, shape, 1.0)
     radius = float(np.clip(0.05 * scenery.length * stage.scale, 2.2, 7.0)) / stage.scale
     if scenery.dimension == 3:
@@ -88,10 +87,8 @@ def thrust_segments(
     scenery: Scenery, drawn: NDArray[np.bool_], centre: FloatArray, size: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Where bands start and end (n, 3) [m], and the forces there (n, 2), over all blocks but supports."""
-    faces = scenery.interfaces
-    sides = np.stack(
-        [np.asarray(faces.cell_data[name])[drawn] for name in (fields.CANDIDATE, fields.ANTAGONIST)], axis=1
-    )
+    told = scenery.joints
+    sides = np.stack([told[name][drawn] for name in (fields.CANDIDATE, fields.ANTAGONIST)], axis=1)
     cell_block = np.asarray(scenery.blocks.cell_data[fields.BLOCK])
     fidelity = np.asarray(scenery.blocks.cell_data[fields.FIDELITY])
     held = np.unique(cell_block[fidelity == SUPPORT])
@@ -130,11 +127,12 @@ def _middles(scenery: Scenery, count: int) -> FloatArray:
     return result
 
 
-def _draw_joints(stage: Stage, scenery: Scenery, status: IntArray) -> None:
+def _draw_joints(stage: Stage, scenery: Scenery) -> None:
     """Joints of a plane structure in the colours of their states; faces in 3D would hide each other."""
     if scenery.dimension == 3:
         return
     faces = scenery.interfaces.copy()
+    status = np.asarray(faces.cell_data[fields.STATUS])
     faces.points = faces.points + faces.point_data[fields.DISPLACEMENT]
     for code, colour in COLOURS.items():
         chosen = np.flatnonzero(status == code)

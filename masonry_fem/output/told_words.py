@@ -10,7 +10,7 @@ from typing import Any
 
 OF_A_STAGE = 4  # supports that are shown
 STATES = {
-    "closed": ("closed at a corner or an edge", "closed at a corner or an edge"),
+    "closed": ("closed without a section", "closed without a section"),
     "middle_third": ("within the middle third", "within the middle third"),
     "cracked": ("cracked", "cracked"),
     "hinge": ("hinge", "hinges"),
@@ -37,6 +37,17 @@ def joint_words(told: Mapping[str, Any]) -> str:
     words = ", ".join(f"{count(told[key])} {STATES[key][told[key] != 1]}" for key in STATES if told[key])
     slide = told["slide"]
     return words + (f"; {count(slide)} {'slides' if slide == 1 else 'slide'}" if slide else "")
+
+
+def joint_count(told: Mapping[str, Any]) -> str:
+    """How many joints there are, in whichever state: ``1 joint``, ``1 200 joints``.
+
+    Parameters
+    ----------
+    told : What a summary says of joints.
+    """
+    number = sum(told[key] for key in STATES)
+    return f"{count(number)} joint{'' if number == 1 else 's'}"
 
 
 def stone_words(told: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

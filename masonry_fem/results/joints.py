@@ -11,12 +11,12 @@ from masonry_fem.records.told import Told
 
 
 class Furthest(Told, frozen=True, kw_only=True):
-    """The greatest or least value of all interfaces.
+    """The greatest or least value of all joints.
 
     Attributes
     ----------
     value : Opening or sliding [m], share of the way to the edge, or friction that is left.
-    interface : Names of the interface's blocks.
+    interface : Names of the joint's blocks.
     """
 
     value: float
@@ -66,14 +66,14 @@ def joint_summary(model: Model, state: SystemState) -> Joints:
 
     def most(values: np.ndarray) -> Furthest:
         k = int(values.argmax())
-        return Furthest(value=float(values[k]), interface=interface_name(model, k))
+        return Furthest(value=float(values[k]), interface=interface_name(model, int(told.faces.first[k])))
 
     def first(values: np.ndarray, sign: float) -> Furthest | None:
         known = np.where(np.isnan(values), -np.inf, sign * values)
         k = int(known.argmax())
         if np.isinf(known[k]):
             return None
-        return Furthest(value=float(values[k]), interface=interface_name(model, k))
+        return Furthest(value=float(values[k]), interface=interface_name(model, int(told.faces.first[k])))
 
     return Joints(
         **{word.replace(" ", "_"): number for word, number in zip(STATUS_WORDS, counts, strict=True)},

@@ -124,6 +124,20 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
     return checked
 
 
+def of_keys(keys: Mapping[str, Any]) -> Scene:
+    """A scene by its keys, each as in a file or a record.
+
+    Parameters
+    ----------
+    keys : With their values.
+
+    Raises
+    ------
+    SceneError : A key is unknown or lacks, or a value is not what its key expects.
+    """
+    return _scene(plain(dict(keys)), _Origin("scene"), Path())
+
+
 def of_records(scene: Scene, *, base: str | Path = ".") -> Scene:
     """The same scene, made of records where it was made of dicts and lists.
 

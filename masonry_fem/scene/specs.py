@@ -9,9 +9,9 @@ laws in ``masonry_fem.joints.laws``; the other nouns in files of this folder. Al
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
-from msgspec import Meta
+from msgspec import Meta, StructMeta
 
 from masonry_fem.fem.material_kinds import material_record
 from masonry_fem.march.equilibrium import Strategy
@@ -226,7 +226,21 @@ class Stage(Spec, frozen=True, kw_only=True):
     without: tuple[BlockSelector, ...] | None = None
 
 
-class Scene(Spec, frozen=True, kw_only=True):
+class _Checked(StructMeta):
+    """Of ``Scene``: what its keys cannot be is told in Python as it is of files."""
+
+    def __call__(self, *values: Any, **keys: Any) -> Any:
+        try:
+            return super().__call__(*values, **keys)
+        except TypeError:
+            if values:
+                raise
+            from masonry_fem.scene.reading import of_keys  # noqa: PLC0415 - it needs this file
+
+            return of_keys(keys)
+
+
+class Scene(Spec, frozen=True, kw_only=True, metaclass=_Checked):
     """A whole problem: read it with ``masonry_fem.load``, write it with ``masonry_fem.scene.save``.
 
     Attributes

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import RunResult, run
-from masonry_fem.output.asked.interfaces import write_interfaces
+from masonry_fem.output.asked.interfaces import interface_columns, write_interfaces
 from masonry_fem.output.interfaces import (
     CRACKED,
     FREE,
@@ -37,6 +37,7 @@ from masonry_fem.scene.specs import (
     Support,
     law_record,
 )
+from masonry_fem.structures.arch_bridge import ArchBridgeStructure
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.stack import StackStructure
 from masonry_fem.structures.wall import WallStructure
@@ -378,6 +379,39 @@ def test_table_has_a_line_a_joint_with_units_and_blanks(spread_arch: RunResult, 
     assert hinge["edge"] == "intrados"
     total = sum(float(r["force_y [N/m]"]) for r in rows if "springing" in r["antagonist"])
     assert total == pytest.approx(-spread_arch.summary.applied[1], rel=1e-6)
+
+
+def test_face_in_parts_is_one_joint(tmp_path):
+    """The fill of a bridge lies on each abutment in several facets of one plane, on the arch in one."""
+    bridge = ArchBridgeStructure(
+        name="b", material="stone", span=4.0, rise=1.0, thickness=0.4, voussoirs=9, cover=0.3,
+    )  # fmt: skip
+    result = solved(
+        dimension=2, fidelity="rigid", structures=(bridge,), joints=(Joint(friction=0.6),),
+        loads=Loads(gravity=(0.0, -G)), analysis=Statics(load_steps=1),
+    )  # fmt: skip
+    model, state, forces = result.march.model, result.march.state, told(result)
+    parts = [np.flatnonzero(forces.faces.facets.joint == k) for k in range(len(forces.normal))]
+    several = [k for k, rows in enumerate(parts) if len(rows) > 1]
+    assert len(several) == 2
+    assert sum(len(rows) for rows in parts) == len(model.interfaces)
+    for k in several:
+        own = np.isin(model.contacts.interface, parts[k])
+        pressing, x = state.reaction[own, 0], state.points[own, 0]
+        corners = np.concatenate([model.interfaces[row].polygon[:, 0] for row in parts[k]])
+        assert np.ptp(corners) == pytest.approx(sum(model.interfaces[row].area for row in parts[k]))
+        assert forces.faces.area[k] == pytest.approx(np.ptp(corners))
+        e = pressing @ x / pressing.sum() - (corners.min() + corners.max()) / 2
+        assert abs(forces.eccentricity[k, 0]) == pytest.approx(abs(e))
+        assert forces.edge_share[k] == pytest.approx(2 * abs(e) / np.ptp(corners))
+        assert forces.normal[k] == pytest.approx(pressing.sum())
+        assert forces.tangential[k] == pytest.approx(abs(state.reaction[own, 1].sum()))
+    columns = interface_columns(model, state, forces)
+    assert {len(values) for values in columns.values()} == {len(parts)}
+    counted = joint_summary(model, state)
+    assert counted.open + counted.middle_third + counted.cracked + counted.hinge + counted.closed == len(
+        parts
+    )
 
 
 def test_run_writes_what_was_asked_for(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from masonry_fem.output.joint_faces import JointFaces
+from masonry_fem.output.joint_faces import Facets, JointFaces
 from masonry_fem.output.polygon_moments import polygon_moments
 from masonry_fem.output.stress_block import (
     _linear,
@@ -30,10 +30,12 @@ def faces_of(*corners: np.ndarray) -> JointFaces:
     else:
         area, first, second = polygon_moments(flat)
         np.testing.assert_allclose(first, 0, atol=1e-12)
+    number = np.arange(count)
+    facets = Facets(np.zeros((count, k, a + 1)), np.full(count, k), number)
     return JointFaces(
-        np.zeros((count, k, a + 1)), np.full(count, k), np.zeros((count, a + 1)), np.zeros((count, a, a + 1)),
-        np.zeros((count, a + 1)), flat, np.stack([flat.min(axis=1), flat.max(axis=1)], axis=2), area, second,
-        (),
+        facets, number, np.ones(count, dtype=bool), facets.corners, np.zeros((count, a + 1)),
+        np.zeros((count, a, a + 1)), np.zeros((count, a + 1)), flat,
+        np.stack([flat.min(axis=1), flat.max(axis=1)], axis=2), area, second, (),
     )  # fmt: skip
 
 

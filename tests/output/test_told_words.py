@@ -1,6 +1,12 @@
 """Told words: numbers of joints, stones and supports, in sentences that are right for one and for many."""
 
-from masonry_fem.output.told_words import finer_elements, greatest_supports, joint_words, stone_words
+from masonry_fem.output.told_words import (
+    finer_elements,
+    greatest_supports,
+    joint_count,
+    joint_words,
+    stone_words,
+)
 
 JOINTS = dict.fromkeys(("open", "closed", "middle_third", "cracked", "hinge", "held", "slide"), 0)
 
@@ -10,6 +16,11 @@ def test_joints_are_counted_by_state():
         "3 within the middle third, 1 200 cracked, 1 hinge; 1 slides"
     )
     assert joint_words(JOINTS | {"hinge": 2, "open": 1, "slide": 2}) == "2 hinges, 1 open; 2 slide"
+
+
+def test_joints_of_all_states_are_counted():
+    assert joint_count(JOINTS | {"hinge": 1, "slide": 1}) == "1 joint"
+    assert joint_count(JOINTS | {"hinge": 200, "cracked": 1000, "slide": 3}) == "1 200 joints"
 
 
 def test_one_stone_is_one_stone():

@@ -256,6 +256,17 @@ def test_a_bad_scene_is_refused_with_place_value_expectation_and_cure(arch, old,
     assert message(arch.replace(old, new, 1)) == f"arch.toml{separator}{expected}"
 
 
+def test_a_key_that_a_scene_made_in_python_does_not_have_is_told_as_in_files():
+    with pytest.raises(SceneError) as error:
+        Scene(materials={}, structures=[], jonits=[{"friction": 0.5}])
+    assert str(error.value) == "scene: unknown key 'jonits' in the scene; did you mean 'joints'?"
+    with pytest.raises(SceneError) as error:
+        Scene(joints=[{"friction": 0.5}])
+    assert str(error.value) == "scene: the scene lacks the key 'materials' (a table)"
+    with pytest.raises(TypeError):
+        Scene({})
+
+
 def test_a_missing_part_of_the_scene_is_named():
     assert message("") == "arch.toml: the scene lacks the key 'materials' (a table)"
     assert message("fidelty = 'rigid'") == (

@@ -149,8 +149,9 @@ class PlacesTable:
         if not model.interfaces:
             return {}
         told, blocks = interface_forces(model, state), model.assembly.blocks
-        names = [f"{blocks[a].name} – {blocks[b].name}" for a, b in (one.blocks for one in model.interfaces)]
-        labels = np.array([one.label or "joint" for one in model.interfaces])
+        joints = [model.interfaces[row] for row in told.faces.first.tolist()]
+        names = [f"{blocks[a].name} – {blocks[b].name}" for a, b in (one.blocks for one in joints)]
+        labels = np.array([one.label or "joint" for one in joints])
         cells: dict[str, Any] = {}
         for label in np.unique(labels).tolist():
             for quantity in JOINTS:

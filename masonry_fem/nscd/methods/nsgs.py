@@ -29,8 +29,8 @@ FloatArray = NDArray[np.float64]
 # Sweeps handed out at once: from the first batch, doubled up to some 0.3 s of work.
 FIRST_BATCH = 20
 BATCH_WORK = 1_000_000
-# Stalled is also what left more than this of its error in the second half of all sweeps.
-PROGRESS = 0.9
+# Stalled is also what after so many sweeps left more than this of its error in the second half of them.
+PATIENCE, PROGRESS = 5_000, 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,13 +40,9 @@ class GaussSeidel:
     Attributes
     ----------
     iterations : Sweeps allowed where the settings name no limit.
-    patience : Sweeps before it may be called stalled.
-    horizon : It is stalled where the contraction of the second half of all foretells more sweeps than these.
     """
 
     iterations: int = 50_000
-    patience: int = 5_000
-    horizon: float = np.inf
     name: str = "nsgs"
 
     def init(self, problem: ContactProblem, start: Start | None) -> Run:
@@ -97,10 +93,6 @@ class _SweepRun:
         best = min(error, self.errors[-1][1]) if self.errors else error
         self.errors.append((self.made, best))
         halfway = [entry for entry in self.errors if 2 * entry[0] <= self.made]
-        if self.made < self.method.patience or not halfway or best <= tolerance:
+        if self.made < PATIENCE or not halfway or best <= tolerance:
             return False
-        since, then = halfway[-1]
-        if best > PROGRESS * then:
-            return True
-        needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
-        return bool(self.made + needed > self.method.horizon)
+        return best > PROGRESS * halfway[-1][1]

@@ -102,7 +102,7 @@ def write_interfaces(
     """Write the table of one state."""
     columns = interface_columns(model, state, told)
     if determined is not None:
-        columns |= _determined(model, determined)
+        columns |= _determined(model, determined, told.faces)
     return write_table(path, columns, zip(*columns.values(), strict=True))
 
 
@@ -111,21 +111,22 @@ def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -
     flat = model.assembly.dimension == 2
     newton, square = ("N/m", "m") if flat else ("N", "m2")
     world, axes = ("xy", ("",)) if flat else ("xyz", ("_1", "_2"))
-    faces, count = told.faces, len(model.interfaces)
-    names = [[model.assembly.blocks[b].name for b in one.blocks] for one in model.interfaces]
+    faces, count = told.faces, len(told.normal)
+    joints = [model.interfaces[row] for row in faces.first.tolist()]
+    names = [[model.assembly.blocks[b].name for b in one.blocks] for one in joints]
     ratio = told.eccentricity / np.where(faces.size > 0, faces.size, np.inf)
     columns: Columns = {
         "time [s]": [state.time] * count,
-        "interface": list(range(count)),
+        "interface": faces.first.tolist(),
         "candidate": [pair[0] for pair in names],
         "antagonist": [pair[1] for pair in names],
-        "label": [one.label for one in model.interfaces],
+        "label": [one.label for one in joints],
         f"area [{square}]": faces.area.tolist(),
         "status": told.status_words,
         "edge": list(told.edge),
         "slides": told.slides.astype(int).tolist(),
         f"normal_force [{newton}]": told.normal.tolist(),
-        f"shear_force [{newton}]": np.linalg.norm(told.shear, axis=1).tolist(),
+        f"shear_force [{newton}]": told.tangential.tolist(),
         **_spread(f"shear{{}} [{newton}]", axes, told.shear),
         **_spread(f"force_{{}} [{newton}]", world, told.force),
         **_spread(f"moment_{{}} [{newton} m]".replace("N/m m", "N"), "z" if flat else world, told.moment),
@@ -160,10 +161,12 @@ def _spread(heading: str, names: str | tuple[str, ...], values: np.ndarray) -> C
     return {heading.format(name): values[:, i].tolist() for i, name in enumerate(names)}
 
 
-def _determined(model: Model, told: ForceDeterminacy) -> Columns:
-    """1 where every solution has the same normal force, shear force and centre of pressure."""
+def _determined(model: Model, told: ForceDeterminacy, faces: JointFaces) -> Columns:
+    """1 where every solution has the same normal force, shear force and centre of pressure of all facets."""
     names = COMPONENTS[model.assembly.dimension]
-    rows = {name: told.determined[:, i] for i, name in enumerate(names)}
+    whole = np.ones((len(faces.first), len(names)), dtype=bool)
+    np.logical_and.at(whole, faces.facets.joint, told.determined)
+    rows = {name: whole[:, i] for i, name in enumerate(names)}
     bending = [rows[name] for name in names if name in ("moment", "moment_tangent_1", "moment_tangent_2")]
     shear = [rows[name] for name in names if name.startswith("tangent")]
     centre = np.logical_and.reduce([rows["normal"], *bending])

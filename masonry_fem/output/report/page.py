@@ -29,7 +29,8 @@ from masonry_fem.output.report.scene_words import assumptions, settings
 from masonry_fem.output.report.stages import stages
 from masonry_fem.output.sheet import quantity
 from masonry_fem.output.terminal import factor_words
-from masonry_fem.output.told_words import joint_words
+from masonry_fem.output.told_words import joint_count, joint_words
+from masonry_fem.records.remark import counted
 
 NAME = "report.html"
 MOST = 9_500_000  # bytes of the file: where pictures would make it larger they are packed
@@ -170,7 +171,7 @@ def _rendered(content: Mapping[str, Any]) -> str:
     loader = PackageLoader("masonry_fem.output.report", "template")
     made = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"quantity": quantity, "number": _number, "vector": _vector, "greatest": greatest,
-                     "joint_words": joint_words}  # fmt: skip
+                     "joint_words": joint_words, "joint_count": joint_count, "counted": counted}  # fmt: skip
     return made.get_template("page.html").render(content)
 
 

@@ -22,8 +22,8 @@ from masonry_fem.nscd.graphs import lengths
 
 ROUNDING = 1e-12  # of the model's length: a gap that is none
 SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
-DRIFT = 1e-6  # of the model's length: how far a pressed contact of the velocity form may drift
 CREEP = 1e-9  # of the model's length: a gap of the gap form that is none where there is inertia
+DRIFT = 1e-6  # of the model's length: how far a pressed contact may drift where there is inertia
 
 
 def joint_step(
@@ -86,7 +86,7 @@ def joint_step(
         jump=shifted_jump(state, scheme),
         area=model.contacts.area,
         trial=trial,
-        gap_term=lambda closure: _gap_term(model, state, scheme, start, closure),
+        gap_term=lambda closure: _gap_term(coupling, state, scheme, start, closure),
         length=scheme.step,
     )
 
@@ -98,25 +98,33 @@ def _closed(model: Model, state: SystemState, scheme: Scheme, here: Placement) -
     gap drift, and a step without the contact would end in a second impact.
     """
     shifted = here.gap + scheme.step * (1 - scheme.theta) * state.velocity[:, 0]
-    pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (model.laws.restitution[:, 0] == 0)
+    pressed = _pressed(state) & (model.laws.restitution[:, 0] == 0)
     closed: NDArray[np.bool_] = shifted <= np.where(pressed, DRIFT, ROUNDING) * model.length
     return closed
 
 
+def _pressed(state: SystemState) -> NDArray[np.bool_]:
+    """Contacts that bear where the step begins, shape (c,)."""
+    pressed: NDArray[np.bool_] = (state.reaction[:, 0] > 0) & (state.status != OPEN)
+    return pressed
+
+
 def _gap_term(
-    model: Model, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray
+    coupling: Coupling, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray
 ) -> FloatArray:
     """What gaps and impacts add to the free velocity, shape (c, d) [m/s].
 
     ``closure`` is the gap at which the faces touch [m].
     """
-    laws, h = model.laws, scheme.step
+    model, h = coupling.model, scheme.step
+    laws = model.laws
     shifted = exact = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
     impact = laws.in_velocities & _closed(model, state, scheme, here)
     if scheme.inertia:
         # what closed contacts open by, as blocks turn, is the square of the turn: gaps that contradict each
         # other where three blocks meet
-        shifted = np.where(shifted <= CREEP * model.length, np.minimum(shifted, 0.0), shifted)
+        none = np.where(coupling.soft & _pressed(state), DRIFT, CREEP) * model.length
+        shifted = np.where(shifted <= none, np.minimum(shifted, 0.0), shifted)
     term = np.empty_like(state.velocity)
     # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap
     driven = np.where(shifted < -SLIGHT * model.length, model.expulsion, 0.0)

@@ -30,6 +30,7 @@ ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it
 # Numbers in W_el from which it is kept by kinds of stones: those of some 600 contacts of a wall. There a
 # product takes .35 ms either way, for 100 contacts .12 and .03 ms, for 2600 1.9 and 3.1 ms.
 MANY = 500_000
+TOGETHER = 1e-6  # of the model's length: how far contacts of one point may part and still act at one
 NEAR = 0.1  # of a unit vector: what is left of a tangent in the plane across a tie that has turned
 SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
 
@@ -42,8 +43,9 @@ class Placement:
     ----------
     frame : Rows (n, t1[, t2]); they follow the antagonist, shape (c, d, d).
     points : Where the candidates' points are, shape (c, d) [m].
-    arms : Where contacts act on candidates and antagonists, shape (c, 2, d) [m]: there, but on blocks that
-        deform as far from it as faces that do not fit were apart at the start: their own points give way.
+    arms : Where contacts act on candidates and antagonists, shape (c, 2, d) [m]: there, those of one point
+        of the reference at one, but on blocks that deform as far from it as faces that do not fit were apart
+        at the start: their own points give way.
     gap : Signed distance to the antagonist's face, as round as contacts say, shape (c,) [m].
     offset : Candidate's point from the antagonist's, in the frames, shape (c, d) [m]: its derivative is
         the kinematic map G, however far blocks turn.
@@ -100,6 +102,7 @@ class Coupling:
     first_body : Number of each group's first rigid body among the solved ones; −1 for supports.
     bodies : Rigid bodies at the two sides of each contact, −1 for supports, shape (c, 2).
     soft : Contacts of which a side deforms, shape (c,).
+    together : The first contact at the same point of the reference, itself between rigid blocks, shape (c,).
     structure : What the contact solver keeps from round to round and step to step.
     """
 
@@ -109,6 +112,7 @@ class Coupling:
     first_body: tuple[int, ...]
     bodies: IntArray
     soft: NDArray[np.bool_]
+    together: IntArray
     structure: Structure = field(default_factory=Structure, repr=False)
     _cached: _Cached = field(default_factory=_Cached, repr=False)
 
@@ -154,7 +158,14 @@ class Coupling:
         return Placement(frame, here, arms, gap, offset, seen)
 
     def _arms(self, here: FloatArray, frame: FloatArray) -> FloatArray:
-        """Where contacts between faces act on either block, shape (c, 2, d) [m]."""
+        """Where contacts between faces act on either block, shape (c, 2, d) [m].
+
+        Where three blocks meet, velocities at two contacts tell that at the third. These must not contradict
+        each other by what points have parted as blocks turned: the solver would look for a slip as small.
+        """
+        to_first = here[self.together] - here
+        apart = np.linalg.norm(to_first, axis=1) / (TOGETHER * self.model.length)
+        here = here + np.clip(2.0 - apart, 0.0, 1.0)[:, None] * to_first
         contacts, arms = self.model.contacts, np.stack([here, here], axis=1)
         # of contacts that are found on the way the distance of their points is how far blocks have gone
         misfit = contacts.gap + (0.0 if contacts.bulge is None else contacts.bulge)
@@ -360,7 +371,16 @@ def connect(model: Model) -> Coupling:
         if not group.prescribed:
             bodies[contact, side] = solved + body
             solved += len(group.blocks)
-    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft)
+    alone = np.arange(contacts.count)  # between rigid blocks impulses are not unique anyway
+    together = np.where(soft, _together(contacts.points[:, 0], TOGETHER * model.length), alone)
+    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft, together)
+
+
+def _together(points: FloatArray, near: float) -> IntArray:
+    """The first of the points that are as near to each other, shape (c,); each alone where none is."""
+    cells = np.round(points / near).astype(np.int64)
+    _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    return first[cell.ravel()]
 
 
 def _along(reach: FloatArray, before: FloatArray) -> FloatArray:

@@ -1,12 +1,15 @@
 """Dilatancy at one point."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import LawError
-from masonry_fem.joints import Bed, Dry, MohrCoulomb, Rough, probe
+from masonry_fem.joints import Bed, Dry, MohrCoulomb, Rough, fold, probe
+from masonry_fem.scene import loads
 
 
 def test_sliding_opens_up_to_the_bound_and_back():
@@ -54,3 +57,53 @@ def test_what_is_still_to_be_raised_is_raised_in_a_step():
     area = np.ones(1)
     reduced, inner = (one.reduce(state, np.zeros((1, 2)), area, 0.5) for one in (law, law.law))
     assert reduced.shift[0, 0] - inner.shift[0, 0] == pytest.approx(-4e-4, rel=1e-12)
+
+
+ELASTIC = """
+dimension = 2
+
+[materials.stone]
+density = 2400
+young = "10 GPa"
+poisson = 0.2
+thermal_expansion = 1e-5
+
+[[structures]]
+kind = "wall"
+name = "s"
+material = "stone"
+brick = [0.4, 0.2]
+columns = 3
+courses = 3
+
+[mesh]
+element = "Q2"
+divisions = [2, 1]
+
+[[joints]]
+friction = 0.6
+form = "gap"
+dilatancy = { tangent = 0.15, bound = 2e-4 }
+
+[loads]
+gravity = [0.0, -9.81]
+points = [{ block = "s.c2.b1", point = [0.2, 0.3], vector = [2000.0, -5000.0] }]
+temperatures = [{ on = "s.c2.b1", change = -20.0 }]
+
+[analysis]
+kind = "statics"
+load_steps = 2
+"""
+
+
+def test_dilation_between_elastic_stones_is_found_in_few_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each turn of its own leaves a third of the change: 63 contact problems, and not 36."""
+    solve, made = fold.solve, []
+
+    def counted(*given: Any) -> Any:
+        made.append(solve(*given))
+        return made[-1]
+
+    monkeypatch.setattr(fold, "solve", counted)
+    assert solve_scene(loads(ELASTIC)).outcome == "equilibrium"
+    assert len(made) < 45

@@ -44,6 +44,7 @@ class JointState:
     closed : The same at the start of the step under way [m], shape (c, d).
     settled : Part of ``closing`` that stays without a reaction [m], shape (c, d).
     compacted : Greatest pressure that these have borne [Pa], shape (c,).
+    apart : How far the faces were from each other where the jump was 0 [m], shape (c,).
     jump : Displacement jump that the cohesion feels (without bed) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
     sliding : True where the contact slid at the end of the last committed step, shape (c,).
@@ -71,6 +72,7 @@ class JointState:
     closed: FloatArray
     settled: FloatArray
     compacted: FloatArray
+    apart: FloatArray
     jump: FloatArray
     slip: FloatArray
     sliding: Mask
@@ -101,6 +103,7 @@ class JointState:
             closed=np.zeros((count, dimension)),
             settled=np.zeros((count, dimension)),
             compacted=np.zeros(count),
+            apart=np.zeros(count),
             jump=np.zeros((count, dimension)),
             slip=np.zeros(count),
             sliding=np.zeros(count, dtype=bool),

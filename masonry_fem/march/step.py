@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.conditions import contact_status, shifted_jump
+from masonry_fem.march.conditions import ROUNDING, contact_status, shifted_jump
 from masonry_fem.march.coupling import Coupling, Placement
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, relative_velocity
@@ -110,7 +110,10 @@ def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...]) -> 
         points=here.points,
         reaction_frame=here.frame,
         jump=np.zeros_like(here.points),
-        joints=model.laws.initial(*here.points.shape),
+        joints=replace(
+            model.laws.initial(*here.points.shape),
+            apart=np.where(here.gap > ROUNDING * model.length, here.gap, 0.0),
+        ),
     )
 
 

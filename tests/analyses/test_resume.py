@@ -372,7 +372,7 @@ def test_what_does_not_fit_is_refused_with_the_difference(override, sentence, tm
 def test_a_motion_that_would_have_been_slower_is_refused(tmp_path):
     scene = scene_of("damped", "supports.0.on=pile.ground", "supports.0.motion.displacement=[0.0, -0.01]")
     run(scene, tmp_path)
-    with pytest.raises(CheckpointError, match="give them a time"):
+    with pytest.raises(CheckpointError, match="give motions and temperatures a time"):
         resume(tmp_path, ["analysis.max_steps=60"])
 
 

@@ -31,13 +31,13 @@ class Ties(Law):
 
     def reduce(self, state, jump, area, step):
         reduction = Reduction.dry(np.full(state.count, 0.5), state.dimension)
-        reduction.offset[:, 1:] = area[:, None] * K * (held(jump)[:, 1:] - self._plastic(state))
+        reduction.offset[:, 1:] = area[:, None] * K * (held(state, jump)[:, 1:] - self._plastic(state))
         for axis in range(1, state.dimension):
             reduction.stiffness[:, axis, axis] = step * area * K
         return reduction
 
     def update(self, state, trial, jump, reaction, velocity, area, step):
-        end = held(jump) + step * velocity
+        end = held(state, jump) + step * velocity
         stress, plastic = self._force(state, end)
         lost = area * (stress * (plastic - self._plastic(state))).sum(axis=1)
         after = replace(

@@ -3,7 +3,8 @@
     r_adh = area · factors(state) · C (u − u_p n),    C = diag(c_N, c_T, c_T)
 
 ``factors`` is 1 for sound springs, β² for Frémond–Cangémi, β for strength–energy laws; u_p is a
-residual opening. In compression the contact itself is rigid: u_N ≥ u_p.
+residual opening. In compression the contact itself is rigid: u_N ≥ u_p where faces touched at the start.
+Where they were apart, springs are pressed until they touch.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ class Adhesive(Law):
         reduction.stiffness[:, axis, axis] = step * stiffness
         return replace(
             reduction,
-            offset=stiffness * _stretch(state, held(jump)),
+            offset=stiffness * _stretch(state, held(state, jump)),
             closure=state.opening,
         )
 
@@ -97,7 +98,7 @@ class Adhesive(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
-        end = held(jump) + step * velocity
+        end = held(state, jump) + step * velocity
         evolution = self.evolve(state, end, step)
         after = replace(
             state,
@@ -123,10 +124,15 @@ class Adhesive(Law):
         return energy
 
 
-def held(jump: FloatArray) -> FloatArray:
-    """The jump with penetrations taken as touching: what overlaps is held, not expelled."""
+def held(state: JointState, jump: FloatArray) -> FloatArray:
+    """The jump with penetrations taken as touching: what overlaps is held, not expelled.
+
+    Parameters
+    ----------
+    state : Of the joints. jump : Displacement jump u, local frame, shape (c, d) [m].
+    """
     start = jump.copy()
-    start[:, 0] = np.maximum(jump[:, 0], 0.0)
+    start[:, 0] = np.maximum(jump[:, 0], 0.0 - state.apart)
     return start
 
 

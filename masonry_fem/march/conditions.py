@@ -86,7 +86,7 @@ def joint_step(
         jump=shifted_jump(state, scheme),
         area=model.contacts.area,
         trial=trial,
-        gap_term=lambda closure: _gap_term(coupling, state, scheme, start, closure),
+        gap_term=lambda closure: _gap_term(model, coupling.soft, state, scheme, start, closure),
         length=scheme.step,
     )
 
@@ -110,20 +110,24 @@ def _pressed(state: SystemState) -> NDArray[np.bool_]:
 
 
 def _gap_term(
-    coupling: Coupling, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray
+    model: Model,
+    soft: NDArray[np.bool_],
+    state: SystemState,
+    scheme: Scheme,
+    here: Placement,
+    closure: FloatArray,
 ) -> FloatArray:
     """What gaps and impacts add to the free velocity, shape (c, d) [m/s].
 
-    ``closure`` is the gap at which the faces touch [m].
+    ``soft`` contacts have a side that deforms; ``closure`` is the gap at which the faces touch [m].
     """
-    model, h = coupling.model, scheme.step
-    laws = model.laws
+    laws, h = model.laws, scheme.step
     shifted = exact = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
     impact = laws.in_velocities & _closed(model, state, scheme, here)
     if scheme.inertia:
         # what closed contacts open by, as blocks turn, is the square of the turn: gaps that contradict each
         # other where three blocks meet
-        none = np.where(coupling.soft & _pressed(state), DRIFT, CREEP) * model.length
+        none = np.where(soft & _pressed(state), DRIFT, CREEP) * model.length
         shifted = np.where(shifted <= none, np.minimum(shifted, 0.0), shifted)
     term = np.empty_like(state.velocity)
     # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap

@@ -164,8 +164,10 @@ class Coupling:
         each other by what points have parted as blocks turned: the solver would look for a slip as small.
         """
         to_first = here[self.together] - here
-        apart = np.linalg.norm(to_first, axis=1) / (TOGETHER * self.model.length)
-        here = here + np.clip(2.0 - apart, 0.0, 1.0)[:, None] * to_first
+        apart = np.linalg.norm(to_first, axis=1)
+        share = np.clip(2.0 - apart / (TOGETHER * self.model.length), 0.0, 1.0)
+        share[apart <= ROUNDING * np.abs(here).max(initial=0.0)] = 0.0
+        here = here + share[:, None] * to_first
         contacts, arms = self.model.contacts, np.stack([here, here], axis=1)
         # of contacts that are found on the way the distance of their points is how far blocks have gone
         misfit = contacts.gap + (0.0 if contacts.bulge is None else contacts.bulge)

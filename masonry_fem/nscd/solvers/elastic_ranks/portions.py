@@ -33,9 +33,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# Bodies from which all ranks factorise their matrix together. Below, its factor is cheap, and what MUMPS on
-# several ranks would save is less than what it waits: several messages for each level of the factor.
-TOGETHER = 20_000
+# Bodies from which all ranks factorise their matrix together: factors of 1640 cost each of two ranks half as
+# much then, solutions a third more. What fewer cost was not measured.
+TOGETHER = 1_000
 PARTS = "elastic_ranks' parts"  # name of what the leader keeps: ranks of bodies
 
 

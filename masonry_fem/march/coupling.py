@@ -10,7 +10,7 @@ It sorts the contact sides by group once; each step then runs over groups, never
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -43,9 +43,8 @@ class Placement:
     ----------
     frame : Rows (n, t1[, t2]); they follow the antagonist, shape (c, d, d).
     points : Where the candidates' points are, shape (c, d) [m].
-    arms : Where contacts act on candidates and antagonists, shape (c, 2, d) [m]: there, those of one point
-        of the reference at one, but on blocks that deform as far from it as faces that do not fit were apart
-        at the start: their own points give way.
+    arms : Where contacts act on candidates and antagonists, shape (c, 2, d) [m]: there, but on blocks that
+        deform as far from it as faces that do not fit were apart at the start: their own points give way.
     gap : Signed distance to the antagonist's face, as round as contacts say, shape (c,) [m].
     offset : Candidate's point from the antagonist's, in the frames, shape (c, d) [m]: its derivative is
         the kinematic map G, however far blocks turn.
@@ -158,16 +157,7 @@ class Coupling:
         return Placement(frame, here, arms, gap, offset, seen)
 
     def _arms(self, here: FloatArray, frame: FloatArray) -> FloatArray:
-        """Where contacts between faces act on either block, shape (c, 2, d) [m].
-
-        Where three blocks meet, velocities at two contacts tell that at the third. These must not contradict
-        each other by what points have parted as blocks turned: the solver would look for a slip as small.
-        """
-        to_first = here[self.together] - here
-        apart = np.linalg.norm(to_first, axis=1)
-        share = np.clip(2.0 - apart / (TOGETHER * self.model.length), 0.0, 1.0)
-        share[apart <= ROUNDING * np.abs(here).max(initial=0.0)] = 0.0
-        here = here + share[:, None] * to_first
+        """Where contacts between faces act on either block, shape (c, 2, d) [m]."""
         contacts, arms = self.model.contacts, np.stack([here, here], axis=1)
         # of contacts that are found on the way the distance of their points is how far blocks have gone
         misfit = contacts.gap + (0.0 if contacts.bulge is None else contacts.bulge)
@@ -176,6 +166,19 @@ class Coupling:
                 second = sides.contact[sides.side == 1]
                 arms[second, 1] -= misfit[second, None] * frame[second, 0]
         return arms
+
+    def gathered(self, here: Placement) -> Placement:
+        """The same where contacts of one point of the reference act at one, if they have parted little.
+
+        Where three blocks meet, velocities at two contacts tell that at the third. These must not contradict
+        each other by what points have parted as blocks turned: the solver would look for a slip as small.
+        """
+        to_first = here.points[self.together] - here.points
+        apart = np.linalg.norm(to_first, axis=1)
+        share = np.clip(2.0 - apart / (TOGETHER * self.model.length), 0.0, 1.0)
+        share[apart <= ROUNDING * np.abs(here.points).max(initial=0.0)] = 0.0
+        share[self.model.contacts.tied] = 0.0
+        return replace(here, arms=here.arms + (share[:, None] * to_first)[:, None])
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""

@@ -49,7 +49,7 @@ def place(
     interfaces : Where they touch, from ``detect``.
     rules : A placement rule for each interface.
     surfaces : The surfaces of the assembly's shapes, if they are known (``surfaces_of``).
-    tell : Warn of joints whose meshes do not match and whose contacts are not exact.
+    tell : Warn of round faces whose facets do not coincide.
 
     Raises
     ------
@@ -63,7 +63,6 @@ def place(
     if not placed:
         return _none(assembly.dimension)
     if tell:
-        _tell_inexact(assembly, [spot for spot, _ in placed])
         _tell_round(assembly, [spot for spot, _ in placed])
     _check_areas(placed, interfaces, rules)
     contacts = _contacts(assembly, surfaces, placed)
@@ -115,23 +114,6 @@ def _on_round_faces(flat: Contacts, placed: Sequence[Placed], of: IntArray) -> C
     bulge[own] = np.concatenate([one.bulge for one, _ in rounds])
     gap[own] = np.einsum("cd,cd->c", points[own, 0] - points[own, 1], frame[own, 0]) - bulge[own]
     return replace(flat, interface=interface, frame=frame, points=points, bulge=bulge, gap=gap)
-
-
-def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
-    """Warn of joints whose contacts bring a pressure to the wrong nodes."""
-    found = [spot for spot in spots if spot.error > 0]
-    if found:
-        worst = max(found, key=lambda spot: spot.error)
-        blocks = [assembly.blocks[side.block].name for side in worst.patch.sides]
-        remark(
-            "meshes_do_not_match",
-            f"at {len(found)} of {len(spots)} joints, worst at that of '{blocks[0]}' and '{blocks[1]}', "
-            f"elements of two kinds have the same corners: {worst.error:.0%} of a uniform pressure comes to "
-            "the wrong nodes, and stresses beside the joint may be wrong by three times that; mesh both "
-            "blocks with one kind, or give the joints placement = 'weighted', which is exact and may take "
-            "ten times as many linear solves",
-            *blocks,
-        )
 
 
 def _tell_round(assembly: Assembly, spots: Sequence[Spots]) -> None:

@@ -1,4 +1,4 @@
-"""Extrusion: hexahedra for prisms of any base: the base is meshed with quadrilaterals, then swept in layers.
+"""Extrusion: hexahedra for prisms and frusta: the base is meshed with quadrilaterals, then swept in layers.
 
 body = prism_of(shape.solid)            # None where it is no prism
 mesh = hexahedra_of(shape, body, settings)
@@ -20,18 +20,21 @@ from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
-SAME = 1e-9  # of the sweep: largest difference of its length between corners
+SAME = 1e-9  # of the sweep: by how much corners of the top may be apart from where their base is swept to
 LAYERS = 2  # if the scene gives no size
 
 
 @dataclass(frozen=True, slots=True)
 class Prism:
-    """A base swept along a line.
+    """A base swept along straight lines to a top that is its affine image, as a smaller or a tilted one is.
 
     Attributes
     ----------
     base, top : Faces at its ends. loop : Corners of the base, counter-clockwise seen along the sweep.
-    sides : Face on each side of the loop, from corner i to i + 1. sweep : From base to top, shape (3,) [m].
+    sides : Face on each side of the loop, from corner i to i + 1.
+    sweep : From the loop's first corner to the top, shape (3,) [m].
+    plane : Unit vectors along and across the base, right-handed seen along the sweep, shape (2, 3).
+    spread : By what the sweep changes with the way along each of them from that corner, shape (2, 3).
     """
 
     base: int
@@ -39,10 +42,12 @@ class Prism:
     loop: tuple[int, ...]
     sides: tuple[int, ...]
     sweep: FloatArray
+    plane: FloatArray
+    spread: FloatArray
 
 
 def prism_of(solid: Polytope) -> Prism | None:
-    """Base and sweep of a solid that is a prism; of several possible bases the last face; else None."""
+    """Base and sweep of a prism or a frustum; of several possible bases the last face; of others None."""
     count = len(solid.vertices) // 2
     if solid.dimension == 2 or len(solid.vertices) != 2 * count or len(solid.faces) != count + 2:
         return None
@@ -68,11 +73,14 @@ def _swept(solid: Polytope, base: int, own: set[int]) -> Prism | None:
     mate, side = _risen(between, own)
     if len(mate) != len(loop) or len(side) != len(loop):
         return None
-    sweep = solid.vertices[[mate[v] for v in loop]] - solid.vertices[list(loop)]
-    if np.abs(sweep - sweep[0]).max() > SAME * np.linalg.norm(sweep[0]):
+    at, plane = solid.vertices[list(loop)], _plane(solid, base)
+    sweep, flat = solid.vertices[[mate[v] for v in loop]] - at, (at - at[0]) @ plane.T
+    spread = np.linalg.lstsq(flat, sweep - sweep[0])[0]
+    if np.abs(sweep - sweep[0] - flat @ spread).max() > SAME * np.linalg.norm(sweep[0]):
         return None
     pairs = zip(loop, (*loop[1:], loop[0]), strict=True)
-    return Prism(base, top, loop, tuple(side[frozenset(pair)] for pair in pairs), sweep[0])
+    sides = tuple(side[frozenset(pair)] for pair in pairs)
+    return Prism(base, top, loop, sides, sweep[0], plane, spread)
 
 
 def _risen(
@@ -92,7 +100,7 @@ def _risen(
 
 
 def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:
-    """Hexahedra of a prism: gmsh meshes its base with quadrilaterals, which are swept in layers.
+    """Hexahedra of a prism or frustum: gmsh meshes its base with quadrilaterals, which are swept in layers.
 
     Parameters
     ----------
@@ -107,8 +115,7 @@ def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:
     order = int(settings.elements[1])
     size, layers = _sizes(shape.solid, body, settings)
     origin = shape.solid.vertices[body.loop[0]]
-    plane = _plane(shape.solid, body)
-    flat = (shape.solid.vertices[list(body.loop)] - origin) @ plane.T
+    flat = (shape.solid.vertices[list(body.loop)] - origin) @ body.plane.T
     with session(f"shape '{shape.name}'") as gmsh:
         lines = _quadrilaterals(gmsh, flat, size, order)
         found = elements_of(gmsh, 2, [tag for _, tag in gmsh.model.getEntities(2)], shape.name)
@@ -125,7 +132,7 @@ def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:
     quads = _upright(quads, base, found.kind)
     cells = _layered(quads, len(base), layers, order)
     levels = np.arange(order * layers + 1) / (order * layers)
-    nodes = origin + (base @ plane)[None] + levels[:, None, None] * body.sweep
+    nodes = origin + base @ body.plane + levels[:, None, None] * (body.sweep + base @ body.spread)
     cell = "hexahedron" if order == 1 else "hexahedron27"
     facets = boundary_facets(cells, cell)
     owner = _owners(facets[:, :4], used, order * layers, body, side_of)
@@ -145,9 +152,9 @@ def _sizes(solid: Polytope, body: Prism, settings: MeshSettings) -> tuple[float,
     return longest / DIVISIONS, LAYERS
 
 
-def _plane(solid: Polytope, body: Prism) -> FloatArray:
-    """Unit vectors along and across the base's plane, right-handed seen along the sweep, shape (2, 3)."""
-    normal = -solid.normal(body.base)
+def _plane(solid: Polytope, base: int) -> FloatArray:
+    """Unit vectors along and across a face, right-handed seen from behind it, shape (2, 3)."""
+    normal = -solid.normal(base)
     first = np.cross(np.eye(3)[int(np.abs(normal).argmin())], normal)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first)])

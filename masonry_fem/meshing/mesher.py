@@ -66,8 +66,8 @@ def foreseen_cells(shape: Shape, settings: MeshSettings) -> float:
 def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int, faces: Polytope | None = None) -> Mesh:
     """Elements of one shape; the nodes on its arcs lie on the true arcs.
 
-    Shapes with six faces (in 2D four sides) are meshed in a structured way. Other prisms get hexahedra if Q
-    elements are wanted; all other solids get simplices from gmsh.
+    Shapes with six faces (in 2D four sides) are meshed in a structured way. Other prisms and frusta get
+    hexahedra if Q elements are wanted; all other solids get simplices from gmsh.
 
     Parameters
     ----------

@@ -228,6 +228,7 @@ def test_rigid_pairs_have_corners():
         ((2, 2, 2), (4, 4, 4), {"order": (2, 1)}, "weighted"),  # vertices of one among those of the other
         (None, (3, 3, 3), {"shift": (0.3, 0.0)}, "weighted"),  # 0.2 % of a pressure would be misplaced
         (None, (2, 2, 2), {"shift": (0.3, 0.0)}, "weighted"),
+        ((3, 3, 3), (3, 3, 2), {"triangles": (True, False)}, "weighted"),  # the same vertices, other facets
         (None, None, {}, "corners"),
     ],
 )
@@ -237,14 +238,6 @@ def test_auto_has_nodes_where_they_are_exact(lower, upper, how, rule):
         (_, chosen_one), (_, expected) = placed(assembly, "auto", tell=True), placed(assembly, rule)
     assert np.array_equal(chosen_one.points, expected.points)
     assert told == []
-
-
-def test_auto_tells_where_facets_of_another_kind_have_the_same_corners():
-    assembly = meshed_pair((3, 3, 3), (3, 3, 2), triangles=(True, False))
-    with gathered() as told:
-        (_, chosen_one), (_, expected) = placed(assembly, "auto", tell=True), placed(assembly, "nodes")
-    assert np.array_equal(chosen_one.points, expected.points)
-    assert [one.code for one in told] == ["meshes_do_not_match"]
 
 
 def test_congruent_patches_are_placed_once_and_alike():

@@ -113,6 +113,22 @@ def test_any_flat_faced_solid_gets_simplices(element: str, caplog: pytest.LogCap
     assert ("instead of Q1" in caplog.text) == (element == "Q1")
 
 
+@pytest.mark.parametrize("element", ["Q1", "Q2"])
+@pytest.mark.parametrize("image", [np.diag([0.6, 0.6, 1.0]), np.eye(3) + np.outer([0.1, -0.2, 0], [0, 0, 1])])
+def test_frusta_get_hexahedra(element: str, image: np.ndarray) -> None:
+    """A base of twelve sides; the top is smaller, or tilted, and sides have two elements each."""
+    angle = np.arange(12) * np.pi / 6
+    base = np.stack([np.cos(angle), 0.7 * np.sin(angle), 0 * angle], axis=1)
+    top = np.array([0.0, 0.0, 0.8]) + base @ image
+    sides = tuple((i, (i + 1) % 12, (i + 1) % 12 + 12, i + 12) for i in range(12))
+    loops = (*sides, tuple(range(11, -1, -1)), tuple(range(12, 24)))
+    frustum = Polytope(np.concatenate([base, top]), loops)
+    mesh = mesh_shape(Shape("frustum", frustum), MeshSettings(element=element, divisions=(2, 2, 2)), 3)
+    assert mesh.cell == {"Q1": "hexahedron", "Q2": "hexahedron27"}[element]
+    assert [int((mesh.facet_face == side).sum()) for side in range(12)] == [4] * 12
+    check(mesh, frustum)
+
+
 def test_pentagon() -> None:
     corners = np.array([[0.0, 0], [2, 0], [2, 1], [1, 2], [0, 1]])
     outline = Polytope(corners, tuple((i, (i + 1) % 5) for i in range(5)))

@@ -60,11 +60,11 @@ def test_all_kinds_of_elements(d: int, one: str, two: str) -> None:
     assert_balanced(result)
 
 
-@pytest.mark.parametrize("cells", [(2, 4), (3, 1)])
-@pytest.mark.parametrize(("one", "two"), [("P2", "P1"), ("Q1", "Q2"), ("P1", "Q2")])
+@pytest.mark.parametrize("cells", [(2, 4), (3, 1), (3, 3)])
+@pytest.mark.parametrize(("one", "two"), [("P2", "P1"), ("Q1", "Q2"), ("P1", "Q2"), ("P1", "Q1")])
 @pytest.mark.parametrize("d", [2, 3])
 def test_vertices_that_are_among_the_others(d: int, one: str, two: str, cells: tuple[int, int]) -> None:
-    """The default, with elements of two orders: ``nodes`` are up to 30 % wrong."""
+    """The default, with elements of two orders or kinds: ``nodes`` are up to 30 % wrong."""
     result, error = pressed(d, *cells, "auto", elements=(one, two), solver=TIGHT)
     assert error < EXACT
     assert_balanced(result)

@@ -1,17 +1,14 @@
 """Auto: contacts at the nodes of the finer mesh where that is exact, ``weighted`` ones elsewhere.
 
 Contacts at nodes are exact where they bring a uniform pressure to the right nodes of both sides: where meshes
-match, or one divides the facets of the other. Where the vertices of one mesh are among those of the other,
-but triangles lie on quadrilaterals, they stay at the nodes, too, and the error is told: on domes, whose crown
-has tetrahedra, weighted ones take Newton's method ten times as many steps. On round faces vertices have to
-face vertices as well: one that faces the middle of a facet is apart from it by what the facet misses the arc.
-Rigid faces have them at corners.
+match, or one divides the facets of the other. On round faces vertices have to face vertices as well: one
+that faces the middle of a facet is apart from it by what the facet misses the arc. Rigid faces have them at
+corners.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -66,10 +63,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     for rows, pieces in batches([joints[number] for number in numbers]):
         covers = pieces.covers if len(pieces.joints[0]) == 1 else None
         apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, pieces.planes, covers)
-        error = misplaced(placed, pieces)
-        inexact = ~apart & (error > MISPLACED)
-        nested = inexact & (_of_two_kinds(pieces) and _nested(pieces, inexact))
-        means = apart | (inexact & ~nested)
+        means = apart | (misplaced(placed, pieces) > MISPLACED)
         for row, one in weighted.on_pieces(pieces, means).items():
             spots[numbers[rows[row]]] = [one]
         at_nodes: dict[int, Spots] = {}
@@ -77,16 +71,8 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
             at_nodes |= part.spots(~means[pieces.joint])
         for number, row in enumerate(pieces.joint.tolist()):
             if not means[row]:
-                one = at_nodes[number]
-                spots[numbers[rows[row]]].append(
-                    replace(one, error=float(error[row])) if nested[row] else one
-                )
+                spots[numbers[rows[row]]].append(at_nodes[number])
     return spots
-
-
-def _of_two_kinds(pieces: Pieces) -> bool:
-    """Whether the joints have triangles on one side and quadrilaterals on the other, both linear."""
-    return {cover.kind for cover in pieces.covers if cover is not None} == {"triangle", "quad"}
 
 
 def _apart(pieces: Pieces) -> np.ndarray:

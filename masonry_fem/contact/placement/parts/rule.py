@@ -77,7 +77,6 @@ class Spots:
     facets : Mesh facets of candidate and antagonist that carry them, −1 where a side is unmeshed,
         shape (m, 2).
     means : For contacts that are no points: how meshed sides carry them, instead of a facet.
-    error : Share of a uniform pressure that they bring to the wrong nodes, where the rule is to tell of it.
     round : For contacts on all patches that two round faces have in common; ``patch`` is the first of these.
     """
 
@@ -86,5 +85,4 @@ class Spots:
     area: FloatArray
     facets: IntArray
     means: Means | None = None
-    error: float = 0.0
     round: Round | None = None

@@ -61,9 +61,10 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     """
     spots, numbers = corners.where_unmeshed(joints, rule)
     for rows, pieces in batches([joints[number] for number in numbers]):
-        covers = pieces.covers if len(pieces.joints[0]) == 1 else None
-        apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, pieces.planes, covers)
-        means = apart | (misplaced(placed, pieces) > MISPLACED)
+        borne = [None if cover is None else pieces.borne(side) for side, cover in enumerate(pieces.covers)]
+        known = (pieces.covers, borne) if len(pieces.joints[0]) == 1 else None
+        placed = nodes.on_patches(pieces.patches, pieces.planes, known)
+        means = _apart(pieces) | (misplaced(placed, pieces, borne) > MISPLACED)
         for row, one in weighted.on_pieces(pieces, means).items():
             spots[numbers[rows[row]]] = [one]
         at_nodes: dict[int, Spots] = {}
@@ -88,19 +89,18 @@ def _apart(pieces: Pieces) -> np.ndarray:
         pieces.joint[pieces.on], np.where(area >= WHOLE * least, area, 0.0), len(pieces.joints)
     )
     apart = facing < MOST * pieces.area
-    found: np.ndarray = apart & ~_nested(pieces, apart, alike=True)
+    found: np.ndarray = apart & ~_alike(pieces, apart)
     return found
 
 
-def _nested(pieces: Pieces, asked: np.ndarray, *, alike: bool = False) -> np.ndarray:
-    """In which joints the vertices that one mesh has in the patches are among those of the other, shape (J,).
+def _alike(pieces: Pieces, asked: np.ndarray) -> np.ndarray:
+    """In which joints of meshes both have the same vertices in the patches, shape (J,).
 
     Parameters
     ----------
-    pieces : Of the joints. asked : Which are to be looked at; the others are not. alike : Whether both meshes
-        must have the same vertices.
+    pieces : Of the joints. asked : Which are to be looked at; the others are not.
     """
-    if None in pieces.covers or not asked.any():
+    if not asked.any():
         return np.zeros(len(asked), dtype=bool)
     pieces = pieces.only(asked)
     places, first = [], []
@@ -113,39 +113,31 @@ def _nested(pieces: Pieces, asked: np.ndarray, *, alike: bool = False) -> np.nda
         first.append(np.concatenate([[0], np.cumsum(within)])[cover.nodes_from])
     size = np.zeros(len(asked))
     np.maximum.at(size, pieces.joint, pieces.planes.size)
-    return _among(*places, *first, SAME * size, alike)  # type: ignore[no-any-return]
+    return _same(*places, *first, SAME * size)  # type: ignore[no-any-return]
 
 
 @compiled
-def _among(
-    one: FloatArray,
-    other: FloatArray,
-    one_from: IntArray,
-    other_from: IntArray,
-    within: FloatArray,
-    alike: bool,
+def _same(
+    one: FloatArray, other: FloatArray, one_from: IntArray, other_from: IntArray, within: FloatArray
 ) -> np.ndarray:
-    """In which joints the fewer points are all within a distance of one of the others, shape (J,).
+    """In which joints there are as many points of both, each within a distance of one of the others, (J,).
 
     Parameters
     ----------
     one, other : The points, joint by joint, shape (n, d) each [m].
     one_from, other_from : First of each joint and, last, all; shape (J + 1,) each.
     within : The distance, shape (J,) [m].
-    alike : Whether there must be as many of both.
     """
     found = np.zeros(len(within), dtype=np.bool_)
     for j in range(len(within)):
-        fewer, more = one[one_from[j] : one_from[j + 1]], other[other_from[j] : other_from[j + 1]]
-        if len(more) < len(fewer):
-            fewer, more = more, fewer
-        if len(fewer) == 0 or (alike and len(fewer) < len(more)):
+        here, there = one[one_from[j] : one_from[j + 1]], other[other_from[j] : other_from[j + 1]]
+        found[j] = 0 < len(here) == len(there)
+        if not found[j]:
             continue
-        found[j] = True
-        for i in range(len(fewer)):
+        for i in range(len(here)):
             near = False
-            for k in range(len(more)):
-                if np.sqrt(((fewer[i] - more[k]) ** 2).sum()) <= within[j]:
+            for k in range(len(there)):
+                if np.sqrt(((here[i] - there[k]) ** 2).sum()) <= within[j]:
                     near = True
                     break
             if not near:
@@ -154,13 +146,16 @@ def _among(
     return found
 
 
-def misplaced(placed: Sequence[nodes.Placed], pieces: Pieces) -> FloatArray:
+def misplaced(
+    placed: Sequence[nodes.Placed], pieces: Pieces, borne: Sequence[FloatArray | None]
+) -> FloatArray:
     """Share of a uniform pressure that contacts bring to other nodes of a side than its shape functions do.
 
     Parameters
     ----------
     placed : Contacts that are points, on the patches of the joints.
     pieces : Of the joints.
+    borne : ∫ N of each node of each facet of both sides, None without a mesh.
 
     Returns
     -------
@@ -168,13 +163,10 @@ def misplaced(placed: Sequence[nodes.Placed], pieces: Pieces) -> FloatArray:
     one without a mesh.
     """
     error = np.zeros(len(pieces.joints))
-    for side in (0, 1):
-        cover = pieces.covers[side]
-        if cover is None:
+    for side, (cover, own_area) in enumerate(zip(pieces.covers, borne, strict=True)):
+        if cover is None or own_area is None:
             continue
-        share = np.add.reduceat(pieces.weight[:, None] * pieces.functions(side), pieces.first)
-        rows = cover.rows[pieces.facets[:, side]]
-        away = np.bincount(rows.ravel(), share.ravel(), len(cover.node))
+        away = np.bincount(cover.rows.ravel(), own_area.ravel(), len(cover.node))
         many = int(cover.node.max()) + 1
         key = cover.joint * many + cover.node  # ascending
         for part in placed:

@@ -147,7 +147,9 @@ class Placed:
 
 
 def on_patches(
-    patches: Sequence[Patch], planes: Planes, covers: Sequence[Cover | None] | None = None
+    patches: Sequence[Patch],
+    planes: Planes,
+    known: tuple[Sequence[Cover | None], Sequence[FloatArray | None]] | None = None,
 ) -> list[Placed]:
     """Points at the nodes of the finer side, or at the corners where no node lies in a polygon.
 
@@ -155,9 +157,10 @@ def on_patches(
     ----------
     patches : Of some area, with meshes that have facets of one kind on candidates, and on antagonists.
     planes : Theirs.
-    covers : Facets of both sides of these patches, each a joint of its own, where they are known.
+    known : Facets of both sides of these patches, each a joint of its own, and ∫ N over the polygons for each
+        node of each facet, shape (f, n) [m²; m in 2D].
     """
-    covers = _covers(patches) if covers is None else covers
+    covers, borne = (_covers(patches), (None, None)) if known is None else known
     some, finer = _finer(planes, covers)
     found = []
     for exchanged in (False, True):
@@ -167,7 +170,11 @@ def on_patches(
             own = exchanged_all(own) if exchanged else own
             there = Planes.of(own) if exchanged else planes.only(rows)
             whole = not exchanged and len(rows) == len(patches)
-            found.append(_at_nodes(rows, own, exchanged, there, covers if whole else _covers(own)))
+            cover, by_facet = covers[exchanged], borne[exchanged]
+            if cover is not None and by_facet is not None:
+                by_facet = by_facet[np.isin(cover.of_facet, rows)]
+            of_own = covers if whole else _covers(own)
+            found.append(_at_nodes(rows, own, exchanged, there, of_own, by_facet))
     if not some.all():  # meshes too coarse for these overlaps
         rows = np.flatnonzero(~some)
         found.append(_at_corners(rows, [patches[row] for row in rows.tolist()], planes.only(rows)))
@@ -238,16 +245,18 @@ def _at_nodes(
     exchanged: bool,
     planes: Planes,
     covers: Sequence[Cover | None],
+    by_facet: FloatArray | None,
 ) -> Placed:
     """Points at the nodes of the candidates.
 
     Parameters
     ----------
     numbers, patches, exchanged, planes, covers : As of ``Placed``.
+    by_facet : ∫ N over the polygons for each node of each facet of the candidates, (f, n), where it is known.
     """
     own = covers[0]
     assert own is not None
-    by_facet = _borne(patches, planes, own)
+    by_facet = _borne(patches, planes, own) if by_facet is None else by_facet
     middle = own.own[own.vertices].mean(axis=1)
     at, area, node, first = _spread(
         planes.polygon,

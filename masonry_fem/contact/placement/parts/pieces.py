@@ -180,6 +180,13 @@ class Pieces:
             self.known[side] = weights_on(KINDS[cover.kind], nodes, self.piece, self.at)
         return self.known[side]
 
+    def borne(self, side: int) -> FloatArray:
+        """∫ N over the patches for each node of each of one side's facets, (f, n) [m²; m in 2D]."""
+        rows = self.cover(side).rows
+        share = np.add.reduceat(self.weight[:, None] * self.functions(side), self.first)
+        place = self.facets[:, side, None] * rows.shape[1] + np.arange(rows.shape[1])
+        return np.bincount(place.ravel(), share.ravel(), rows.size).reshape(rows.shape)
+
     def linear(self, side: int, vertices: FloatArray) -> FloatArray:
         """Linear functions of facets with given vertices at the points, shape (q, v).
 

@@ -190,10 +190,10 @@ class LineForce(Spec, frozen=True, kw_only=True):
 
 
 class MovingLoad(Spec, frozen=True, kw_only=True):
-    """Forces that go along a path over faces, as the axles of a vehicle: [how](moving.md).
+    """Forces that move along a path over faces, such as the axles of a vehicle: [how](moving.md).
 
-    Wherever it stands each force goes on along its own direction to the first of the faces, which takes it.
-    What stands beside all of them acts on nothing.
+    Each force is moved along its own direction to the first of the faces, and acts there. One that meets none
+    of them acts on nothing.
 
     Attributes
     ----------
@@ -224,7 +224,7 @@ class MovingLoad(Spec, frozen=True, kw_only=True):
 
 
 class Temperature(Spec, frozen=True, kw_only=True):
-    """A change of temperature of whole blocks since they had no stress; several on a block add up.
+    """A change of temperature of whole blocks from the state without stress; several on a block add up.
 
     Blocks expand by their material's ``thermal_expansion``. Rigid ones cannot, and are refused.
 

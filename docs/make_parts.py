@@ -60,8 +60,8 @@ def pages() -> Iterator[tuple[str, str]]:
             listed.append(f"| {noun.lower()} | [`{name}`]({file}.md) | {first_line(told)} |")
     yield "index.md", "\n".join([
         "# Parts", "", MARK,
-        "Parts of the program that a scene chooses by name. Each has a page with its equations and keys, made from "
-        "its source file. [Joint laws](../joints.md) have longer pages.", "",
+        "Parts of the program that a scene chooses by name. Each has a page with its equations and keys, "
+        "made from its source file. [Joint laws](../joints.md) have longer pages.", "",
         "| is | name | does |", "|---|---|---|", *listed, "",
         "```{toctree}", ":hidden:", ":glob:", "", "*", "```", "",
     ])  # fmt: skip

@@ -3,9 +3,9 @@
 Contacts at nodes are exact where they bring a uniform pressure to the right nodes of both sides: where meshes
 match, or one divides the facets of the other. Where the vertices of one mesh are among those of the other,
 but triangles lie on quadrilaterals, contacts stay at the nodes, too, and a remark states the error: on domes,
-whose crown has tetrahedra, weighted ones take Newton's method ten times as many steps. On round faces vertices
-must also face vertices, since there is a gap between an arc and the middle of a facet. Rigid faces have
-contacts at corners.
+whose crown has tetrahedra, weighted ones take Newton's method ten times as many steps. On round faces
+vertices must also face vertices, since there is a gap between an arc and the middle of a facet. Rigid faces
+have contacts at corners.
 """
 
 from __future__ import annotations

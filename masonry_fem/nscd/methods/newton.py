@@ -9,9 +9,10 @@ and moves the centre there, with a smaller α. The second term acts only where M
 matrix regular whatever the active set, and it shows when no equilibrium exists: then the
 unbalanced impulse stays from round to round, whatever ε, and U grows along the mechanism.
 
-If the line search makes a step of many elastic contacts very short, slip is damped, too, by F_T + κ ρ (v_T − v_T,k)
-at contacts that slide; κ falls with each round that converges, and rises if one does not. After each such
-step the bodies with the largest residuals are solved for separately, as a smaller contact problem (``part``).
+If the line search makes a step of many elastic contacts very short, slip is damped, too, by
+F_T + κ ρ (v_T − v_T,k) at contacts that slide; κ falls with each round that converges, and rises if one does
+not. After each such step the bodies with the largest residuals are solved for separately, as a smaller
+contact problem (``part``).
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 

@@ -145,7 +145,7 @@ HEAD = """# Known answers
 
 <!-- made by docs/make_validation.py from tests/validation/known.py; do not edit -->
 
-Cases whose answer is known from a book or a formula, and what the program obtains. This page is made of the results of
+Cases whose answer is known from a book or a formula, and what the program obtains. This page is made from
 `tests/validation/known.py`; a test computes each case anew and compares it with its bound and with this page.
 
 | case | expected | obtained | error | allowed | source |

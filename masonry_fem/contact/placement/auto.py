@@ -1,9 +1,8 @@
 """Auto: contacts at the nodes of the finer mesh where that is exact, ``weighted`` ones elsewhere.
 
 Contacts at nodes are exact where they bring a uniform pressure to the right nodes of both sides: where meshes
-match, or one divides the facets of the other. On round faces vertices have to face vertices as well: one
-that faces the middle of a facet is apart from it by what the facet misses the arc. Rigid faces have them at
-corners.
+match, or one divides the facets of the other. On round faces vertices must also face vertices, since there
+is a gap between an arc and the middle of a facet. Rigid faces have contacts at corners.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
 """Dilatancy at one point."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -107,3 +108,13 @@ def test_dilation_between_elastic_stones_is_found_in_few_turns(monkeypatch: pyte
     monkeypatch.setattr(fold, "solve", counted)
     assert solve_scene(loads(ELASTIC)).outcome == "equilibrium"
     assert len(made) < 45
+
+
+def test_joints_that_do_not_settle_are_named_with_law_and_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fold, "SECANTS", (1,))
+    made = solve_scene(loads(ELASTIC.replace('form = "gap"', "").replace("load_steps = 2", "load_steps = 1")))
+    assert made.outcome == "no_convergence"
+    assert "Step 1, at load factor 1: the joint laws did not settle" in made.message
+    joint = re.search(r"most at that of '(.+)' and '(.+)' \('rough', 'dry'\)", made.message)
+    assert joint is not None
+    assert "s.c2.b1" in joint.groups()

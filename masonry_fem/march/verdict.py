@@ -84,10 +84,8 @@ def sentence(verdict: Verdict, end: End) -> str:
 
 def _open(end: End) -> str:
     """Why steps that were solved are no equilibrium."""
-    if end.objection:
-        return f"No equilibrium in what is written: {end.objection}"
     if end.report.joint_change == 0:
-        return _restless(end)
+        return f"No equilibrium in what is written: {end.objection}" if end.objection else _restless(end)
     step = f"Step {end.report.step}, at {_when(end.report.time, end.made)}"
     return (
         f"{step}: the joint laws did not settle, the joints' state still changed by "

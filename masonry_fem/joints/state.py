@@ -206,4 +206,5 @@ class JointState:
         largest = np.abs(self.own).max(axis=0)
         moved = np.abs(self.own - other.own)
         own = np.divide(moved, largest, out=moved.copy(), where=largest > 0)
-        return np.maximum(found, own.max(axis=1, initial=0.0))
+        differences: FloatArray = np.maximum(found, own.max(axis=1, initial=0.0))
+        return differences

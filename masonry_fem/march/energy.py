@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from masonry_fem.bodies.base import FloatArray
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import relative_velocity
@@ -72,8 +73,9 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     Reactions work on v_θ = v⁺ − (1 − θ)(v⁺ − v⁻). The part with the end velocity v⁺ closes gaps, is lost to
     friction and strains the joints. The rest acts on the jump of the velocity: at points that hit in this
     step it is what the impact takes; elsewhere its tangential part is friction of a sliding that speeds up or
-    slows down. In a static step points of blocks that turn move on arcs, not on chords; the work of impulses
-    on the difference counts as numerical.
+    slows down, and numerical where friction would drive the sliding, which turns round or comes to an end. In
+    a static step points of blocks that turn move on arcs, not on chords; the work of impulses on the
+    difference counts as numerical.
     """
     before = stored_energy(model, made.before, made.scheme.inertia)
     start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)
@@ -83,11 +85,12 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     jolt = (1 - made.scheme.theta) * made.impulse * (straight - start)
     contact = float((made.impulse * end).sum() - jolt.sum())
     hits = (start[:, 0] < 0) & ((made.before.status == OPEN) | (made.before.index == 0))
-    aside = jolt[:, 1:].sum(axis=1)
+    aside, rubs = jolt[:, 1:].sum(axis=1), _speeding(made, start)
     terms = _bodies(model, made) | {"impact_tangential": float(aside[hits].sum())}
     for name, taken in _joints(model, made).items():
         terms[name] = terms.get(name, 0.0) + taken
-    terms["friction_dissipation"] += float(aside[~hits].sum())
+    terms["friction_dissipation"] += float(rubs[~hits].sum())
+    terms["numerical_dissipation"] += float((aside - rubs)[~hits].sum())
     terms["impact_normal"] += float(jolt[:, 0].sum())
     terms["numerical_dissipation"] += float((made.impulse * (end - straight)).sum())
     given = terms["external_work"] + terms["support_work"] + terms["heat_work"]
@@ -101,6 +104,21 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
         "energy_error": missing + sum(terms[name] for name in LOSSES),
         "energy_rounding": energy_rounding(model, coupling, made, summed),
     }
+
+
+def _speeding(made: Increment, start: FloatArray) -> FloatArray:
+    """What friction takes beside its work on the end velocity, as sliding began with another, shape (c,) [J].
+
+    Friction is against the sliding at the end. Where it is against that of the start (c, d), too, it works on
+    both, by θ and 1 − θ; else on the end's alone, by θ. How fast a layer in the joint gave way at the start
+    is not kept: there sliding counts as even.
+    """
+    slid, friction = _faces(made), _borne(made)[:, 1:]
+    before = np.where((slid != made.after.velocity).any(axis=1)[:, None], slid, start)
+    works = np.einsum("ci,ci->c", friction, slid[:, 1:])
+    against = np.minimum(np.einsum("ci,ci->c", friction, before[:, 1:]), 0.0)
+    taken: FloatArray = (1 - made.scheme.theta) * (works - against)
+    return taken
 
 
 def _bodies(model: Model, made: Increment) -> dict[str, float]:
@@ -148,9 +166,7 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
     laws, area, h = model.laws, model.contacts.area, made.scheme.step
     before, after = made.before.joints, made.after.joints
     bed, lift = after.given_way - before.given_way, after.dilation - before.dilation
-    faces = made.after.velocity - bed / h
-    pressed = made.impulse.copy()
-    pressed[made.contacts] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
+    faces, pressed = _faces(made), _borne(made)
     work = -(pressed * faces)
     raising = float((pressed[:, 0] * lift).sum()) / h
     pulled = laws.spring_reaction(after, area) - laws.spring_reaction(before, area)
@@ -167,6 +183,19 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
         "joint_viscosity": delayed,
         "numerical_dissipation": 0.5 * float(springs.sum()),
     }
+
+
+def _faces(made: Increment) -> FloatArray:
+    """Velocity at which faces part and slide at the step's end, without their layers' share, shape (c, d)."""
+    given_way: FloatArray = made.after.joints.given_way - made.before.joints.given_way
+    return made.after.velocity - given_way / made.scheme.step
+
+
+def _borne(made: Increment) -> FloatArray:
+    """Impulse of pressure and friction, without that of cohesion, shape (c, d)."""
+    borne = made.impulse.copy()
+    borne[made.contacts] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
+    return borne
 
 
 LOSSES = (

@@ -94,7 +94,10 @@ def _more_effort(outcome: Outcome, settings: SolverSettings) -> Iterator[str]:
     if outcome is Outcome.MAX_ITERATIONS and settings.max_iterations is not None:
         yield f"Raise max_iterations ({settings.max_iterations})."
     elif settings.method == "auto":
-        yield "Apply the loads in more steps (analysis.load_steps), or march by a damped strategy."
+        yield (
+            "Take shorter steps (more analysis.load_steps in statics, a smaller analysis.step in time), "
+            "or march by a damped strategy."
+        )
     if settings.acceptable == 0:
         yield f"Loosen the tolerance ({settings.tolerance:g}) where the error reached is small enough."
 

@@ -227,10 +227,12 @@ def _status(faces: JointFaces, loaded: Mask, pulls: Mask, kern: FloatArray, dept
 
 
 def _side_name(faces: JointFaces, interface: int, towards: FloatArray) -> str:
-    """Side of a face in a direction: by name, or by the end of an axis."""
+    """Side of a face in a direction: by name, or by where it lies, along x, y or z."""
     axis = int(np.abs(towards).argmax())
     end = int(towards[axis] > 0)
-    return faces.sides[interface][axis][end] or f"{'-+'[end]}{axis + 1}"
+    along = towards[axis] * faces.axes[interface, axis]
+    most = int(np.abs(along).argmax())
+    return faces.sides[interface][axis][end] or f"{'-+'[int(along[most] > 0)]}{'xyz'[most]}"
 
 
 def _friction(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -20,8 +21,10 @@ from masonry_fem.output.interfaces import (
     HINGE,
     MIDDLE_THIRD,
     InterfaceForces,
+    _side_name,
     interface_forces,
 )
+from masonry_fem.output.joint_faces import JointFaces
 from masonry_fem.results.joints import joint_summary
 from masonry_fem.scene.specs import (
     Contact,
@@ -194,6 +197,10 @@ def test_buttress_under_a_thrust(push: float, status: int):
     assert forces.edge[0] == ("right" if status == HINGE else "")
     assert forces.friction_used[0] == pytest.approx(thrust / weight / 0.6, rel=1e-8)
     assert not forces.slides[0]
+    faces = JointFaces.of(result.march.model)
+    nameless = replace(faces, sides=((("", ""),),))  # as of a stone that stands askew
+    along = faces.axes[0, 0, 0]
+    assert [_side_name(nameless, 0, np.array([along * way])) for way in (-1, 1)] == ["-x", "+x"]
 
 
 def test_a6_5_floor_opens_by_its_turn_and_presses_the_edge():

@@ -274,11 +274,11 @@ class Rows:
 
     def _made(self, group: IntArray, coupling: FloatArray, slots: IntArray, count: int) -> Solved:
         (n, k), (d, m) = group.shape, self.maps.shape[2:]
-        maps, given = np.zeros((n, k, d, count, m)), self.maps[group]
+        whole, given = np.zeros((n, k, d, count, m)), self.maps[group]
         row, column = np.arange(n)[:, None], np.arange(k)
         for side in range(2):
-            maps[row, column, :, slots[:, :, side]] = given[:, :, side]
-        maps = maps.reshape(n, k, d, count * m)
+            whole[row, column, :, slots[:, :, side]] = given[:, :, side]
+        maps = whole.reshape(n, k, d, count * m)
         pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, count * m)
         inverse = np.linalg.inv(self._block(group, coupling))
         followed = inverse @ pushed
@@ -414,7 +414,7 @@ class Preconditioned:
         self.closed, self.kept = terms.closed, kept
         self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 
-    def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.sparray:
+    def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.bsr_array:
         """What is left between bodies where contacts are solved for set by set."""
         blocks, count, m = coupled.data.copy(), body_matrix.count, body_matrix.size
         beyond = []  # between bodies that no contact joins
@@ -434,7 +434,8 @@ class Preconditioned:
         rows, columns = np.broadcast_arrays(
             (keys // count * m)[:, None, None] + at[:, None], (keys % count * m)[:, None, None] + at
         )
-        return matrix - sparse.coo_array((left.ravel(), (rows.ravel(), columns.ravel())), matrix.shape)
+        more = sparse.coo_array((left.ravel(), (rows.ravel(), columns.ravel())), matrix.shape)
+        return sparse.bsr_array(matrix - more, blocksize=(m, m))
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
         """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``.

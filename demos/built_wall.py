@@ -2,16 +2,16 @@
 =======================================
 
 Geometry and material
-    Wall of 8 by 8 elastic stones of 60 by 30 cm, dry, μ = 0.65, on two rigid blocks of ground. In the stages
-    *two*, *four*, *six* and *eight* as many courses are there; new ones are laid on what has sunk by then
-    (``new_stones = "moved"``), flush and without stress.
+    Wall of 8 by 8 elastic stones of 60 by 30 cm, dry, μ = 0.65, on two rigid blocks of ground. It is built in
+    the stages *two*, *four*, *six* and *eight*, named by the number of courses; new courses are laid on those
+    below where these are by then (``new_stones = "moved"``), flush and without stress.
 Load
     Its weight in each stage; in the stage *settled* the ground under the right third goes down by 4 cm, in 20
     steps of true statics.
 What to look at
-    ``settled/overview.png``: the stones that settle part from the others along steps of half a stone, and
-    what hangs over them leans on the last stone of the firm ground, whose stress is thirteen times what was
-    greatest before. The stones that have settled carry little but themselves.
+    ``settled/overview.png``: the stones that settle part from the others along steps of half a stone. The
+    stones that project over the gap lean on the last stone on firm ground, whose stress is thirteen times the
+    greatest one before. The stones that have settled carry little but themselves.
 Reference
     In each stage the ground bears the weight of what stands, 33.9 kN/m for each course. The stones of the
     lowest course that stand on soft ground go down by 4 cm.

@@ -18,7 +18,7 @@ Reference
     (2017). Peaks: 16.3, 39.4, 66.5 and 90.2 kN in the mean; here the last balance and the first step without
     one are 15.7 and 16.8, 36.4 and 39.2, 63.7 and 68.6, 91.0 and 98.0 kN. First stiffness: 10.7, 16.1, 21.5
     and 22.1 kN/mm in the mean, where single tests under 100 kN differ fourfold; here 12.7, 15.6, 19.6, 23.9.
-    From half of the peak on, the tested walls give way one and a half to three times as much.
+    From half of the peak on, the tested walls move one and a half to three times as far.
 Cost
     Seven minutes of CPU time.
 

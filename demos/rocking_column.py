@@ -5,7 +5,7 @@ Geometry and material
     A column of 0.5 m × 2 m on a floor, elastic, 10 GPa, that does not slide.
 Load
     It is tilted to half the angle at which it would stand on its edge, and let go. Dynamics for 2.2 s in
-    steps of 1 ms, θ = 1; what hits does not rebound.
+    steps of 1 ms, θ = 1; impacts do not rebound.
 What to look at
     The column turns about its left edge, hits the floor, goes on about its right edge, and loses a part
     of its speed in each impact. It rises as Housner's block does to 2 % in the first swing; each impact

@@ -5,12 +5,12 @@ Geometry and material
     Three drums of 0.6 m × 1.1 m on each other, rigid, free-standing, μ = 0.7, in 2D.
 Load
     Eight seconds of an earthquake that the demo makes itself: noise from a seed, filtered as by a ground of
-    1.5 Hz (Kanai and Tajimi), with a swell, and without velocity or way at its end. Steps of 5 ms, θ = ½;
-    what hits does not rebound.
+    1.5 Hz (Kanai and Tajimi), growing and fading, without velocity or displacement at its end. Steps of 5 ms,
+    θ = ½; impacts do not rebound.
 What to look at
-    The drums rock on each other and come to rest 1 mm beside where they stood: 2.55 m/s² are more than the
-    1.78 m/s² that lift the column, but not for long enough. With 1.4 times as much the column falls. How
-    probable that is under many records is told by ``masonry-fem study --records``.
+    The drums rock on each other and come to rest 1 mm beside where they stood: the greatest acceleration,
+    2.55 m/s², exceeds the 1.78 m/s² that lift the column, but not for long enough. With 1.4 times as much the
+    column falls. ``masonry-fem study --records`` finds how probable that is under many records.
 Reference
     A stiff column of 0.6 m × 3.3 m lifts at g · 0.6/3.3 = 1.78 m/s².
 Cost

@@ -6,9 +6,9 @@ Geometry and material
     Two side walls stand behind it, not bonded with it, which do not move against the ground. Two bars of
     24 mm go through its uppermost piece and along the side walls. μ = 0.6.
 Load
-    Six seconds of an earthquake across the façade, 6 m/s², of the same making as that of the column
-    (``shaken_column.py``), as of a ground of 0.8 Hz. Steps of 10 ms, θ = ½. No damping but that of impacts
-    and friction: what hits does not rebound.
+    Six seconds of an earthquake across the façade, 6 m/s², made like that of the column
+    (``shaken_column.py``), for a ground of 0.8 Hz. Steps of 10 ms, θ = ½. Only impacts, which do not rebound,
+    and friction damp the motion.
 What to look at
     With its bars the façade moves by some millimetres and comes back; they bear up to 68 kN each, and yield
     at 109 kN. Without them it rocks outwards, as the side walls hold it only from behind, and falls into the

@@ -3,20 +3,19 @@
 
 Geometry and material
     Arch of 13 elastic stones, mean radius 2 m, thickness 40 cm, 150 degrees, dry, μ = 0.7. In the stage
-    *built* it lies on rigid laggings, one below each stone, without friction; in *struck* these are gone,
-    what they gave having been taken away in 10 equal steps; in *spread* the right springing goes 2 cm
-    outwards.
+    *built* it lies on rigid laggings, one below each stone, without friction; in *struck* these are removed,
+    and their forces with them in 10 equal steps; in *spread* the right springing moves outwards by 2 cm.
 Load
     Its weight in all stages, 49.0 kN/m.
 What to look at
-    On its centring the arch leaves half of its weight to the laggings, and its stones to some extent lean
-    on each other. Struck, it thrusts with 13.0 kN/m, within the middle third but at the crown. Where the
-    springing gives way hinges open, next to the crown from below and at the haunches from above, and the
-    thrust falls to 9.15. Each stage begins in the state that the one before has left: ``history.csv`` and
+    On its centring the arch leaves half of its weight to the laggings, while its stones already lean
+    on each other a little. Struck, it has a thrust of 13.0 kN/m, within the middle third except at the crown.
+    As the springing moves, hinges open, next to the crown from below and at the haunches from above, and the
+    thrust falls to 9.15. Each stage begins in the final state of the one before: ``history.csv`` and
     ``blocks.pvd`` go through all three.
 Reference
-    Limit analysis: the thrust lies between 8.99 and 19.78 kN/m, and where a springing gives way it is the
-    least one; the figure here is 2 % above that, as stones give way and the arch is flatter than it was.
+    Limit analysis: the thrust lies between 8.99 and 19.78 kN/m, and if a springing moves outwards it is the
+    least one; the figure here is 2 % above that, as stones deform and the arch has become flatter.
 Cost
     3 seconds.
 

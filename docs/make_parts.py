@@ -26,7 +26,7 @@ from masonry_fem.scene.explaining import keys_of
 
 FOLDER = Path(__file__).with_name("parts")
 MARK = "<!-- made by docs/make_parts.py from the sources; do not edit -->\n"
-LINK = re.compile(r"\]\((?=[\w/]+\.md)")  # to a page beside the scene reference
+PAGE = re.compile(r"\(docs/([\w/]+\.md[\w#-]*)\)")  # as keys and docstrings name a page
 # what it is, its package, its names or records by name, how a scene asks for one
 ROOMS: tuple[tuple[str, str, Callable[[], Mapping[str, type[Spec]] | tuple[str, ...]], str], ...] = (
     (
@@ -60,7 +60,8 @@ def pages() -> Iterator[tuple[str, str]]:
             listed.append(f"| {noun.lower()} | [`{name}`]({file}.md) | {first_line(told)} |")
     yield "index.md", "\n".join([
         "# Parts", "", MARK,
-        "A page each, made of docstrings of the sources. [Joint laws](../joints.md) have longer ones.", "",
+        "Parts of the program that a scene chooses by name. Each has a page with its equations and keys, "
+        "made from its source file. [Joint laws](../joints.md) have longer pages.", "",
         "| is | name | does |", "|---|---|---|", *listed, "",
         "```{toctree}", ":hidden:", ":glob:", "", "*", "```", "",
     ])  # fmt: skip
@@ -77,21 +78,16 @@ def page(noun: str, name: str, told: str, asked: str, package: str, record: type
     record : With its keys; None: it has none.
     """
     source = f"{package.replace('.', '/')}/{name}.py"
-    lines = [
-        f"# {noun} `{name}`",
-        "",
-        MARK,
-        told,
-        "",
-        f"In a scene: `{asked.format(name=name)}. Source: `{source}`.",
-    ]
+    first, _, rest = PAGE.sub(r"([page](../\1))", told).partition("\n\n")
+    lines = [f"# {noun} `{name}`", "", MARK, first, ""]
+    lines += [f"In a scene: `{asked.format(name=name)}. Source: `{source}`.", *(["", rest] if rest else [])]
     keys = [] if record is None else keys_of(record)
     if keys:
         lines += ["", "| key | expected | default | meaning |", "|---|---|---|---|"]
         for key in keys:
-            cells = (f"`{key.name}`", key.expected, f"`{key.default}`" if key.default else "", key.meaning)
-            row = " | ".join(cell.replace("|", "\\|") for cell in cells)
-            lines.append(f"| {LINK.sub('](../', row)} |")
+            default = f"`{key.default}`" if key.default and key.default != "required" else key.default
+            cells = (f"`{key.name}`", key.expected, default, PAGE.sub(r"([page](../\1))", key.meaning))
+            lines.append(f"| {' | '.join(cell.replace('|', '\\|') for cell in cells)} |")
     return "\n".join(lines) + "\n"
 
 

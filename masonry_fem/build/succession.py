@@ -11,7 +11,7 @@ temperature has strained stones by beside what this scene says goes in any analy
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -236,12 +236,9 @@ def _standing(model: Model, left: Left, old: IntArray) -> Model:
 
 def _as_left(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntArray) -> Model:
     """The model whose stones begin as warm as they were left, and of the materials that they were of."""
-    was, now = np.zeros(len(left.stones.assembly.blocks)), np.zeros(len(old))
-    for group, strain in zip(left.model.groups, left.warmed, strict=True):
-        was[group.blocks] = 0.0 if strain is None else strain
-    for group, rest in zip(built.model.groups, built.bodies, strict=True):
-        strain = group.warmed(rest)
-        now[group.blocks] = 0.0 if strain is None else strain
+    was = _warmth(left.model, left.warmed)
+    warmed = [group.warmed(rest) for group, rest in zip(built.model.groups, built.bodies, strict=True)]
+    now = _warmth(built.model, warmed)
     known = np.flatnonzero(old >= 0)
     known = known[was[old[known]] != now[known]]
     stones = left.stones
@@ -263,6 +260,14 @@ def _as_left(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntA
     waits = scene.analysis.inertia and scene.analysis.seeks_equilibrium
     changing = max(built.model.changing, scene.analysis.ramp) if waits else built.model.changing
     return replace(built.model, groups=groups, changing=changing, ageing=ageing)
+
+
+def _warmth(model: Model, strains: Sequence[FloatArray | None]) -> FloatArray:
+    """Thermal strain of each block, shape (b,), of those of the groups; None: a group has none."""
+    found = np.zeros(len(model.assembly.blocks))
+    for group, strain in zip(model.groups, strains, strict=True):
+        found[group.blocks] = 0.0 if strain is None else strain
+    return found
 
 
 def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:

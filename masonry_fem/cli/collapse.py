@@ -73,7 +73,7 @@ def add(commands: Commands, parents: Parents) -> None:
         "--at-once", action="store_true",
         help="put the whole load on the first state in each trial, instead of on the last that stood",
     )  # fmt: skip
-    own.add_argument("--no-limit", action="store_true", help="do not ask limit analysis where to look")
+    own.add_argument("--no-limit", action="store_true", help="leave limit analysis out where to look")
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
     own.add_argument("--json", action="store_true", help="print everything as JSON")
     own.set_defaults(command=collapse_scene)

@@ -30,6 +30,6 @@ def compile_all(options: argparse.Namespace) -> int:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "compile", parents=[parents.common], help="compile what the first scenes would wait for"
+        "compile", parents=[parents.common], help="compile the loops of the program for this processor"
     )
     own.set_defaults(command=compile_all)

@@ -1,4 +1,4 @@
-"""Command ``explain``: tell what a key of scene files means and expects."""
+"""Command ``explain``: say what a key of scene files means and expects."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _wrapped(line: str, width: int) -> str:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "explain", parents=[parents.common], help="tell what a key of scene files means and expects"
+        "explain", parents=[parents.common], help="say what a key of scene files means and expects"
     )
     own.add_argument("key", metavar="KEY", help="such as friction, materials.NAME.young, structures.wall")
     own.set_defaults(command=explain_key)

@@ -71,7 +71,7 @@ def parents() -> Parents:
     common.add_argument(
         "--verbose",
         action="store_true",
-        help="show what rounds of each step leave of balance, and other notes",
+        help="show the imbalance after each round of a step, and other notes",
     )
     common.add_argument("--quiet", action="store_true", help="no progress bar, no table")
     common.add_argument(

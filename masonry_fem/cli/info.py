@@ -1,4 +1,4 @@
-"""Command ``info``: versions, what this machine lacks, and what scenes may ask for."""
+"""Command ``info``: versions, what this machine lacks, and what scenes can choose."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from collections.abc import Iterable
 from masonry_fem.cli.grammar import Commands, Parents
 
 EXAMPLES = (
-    ("what is installed, what scenes may ask for", "masonry-fem info"),
+    ("what is installed, what scenes can choose", "masonry-fem info"),
     ("the JSON schema of summary.json", "masonry-fem info --schema"),
 )
 
 
 def print_info(options: argparse.Namespace) -> int:
-    """Print versions, advice on what is missing, and what scenes may ask for; or the schema of results."""
+    """Print versions, advice on what is missing, and what scenes can choose; or the schema of results."""
     if options.schema:
         from masonry_fem.records.told import Ending, schema, text
         from masonry_fem.results.incremental import IncrementalTold
@@ -66,7 +66,7 @@ def offered() -> dict[str, Iterable[str]]:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "info", parents=[parents.common], help="versions, what this machine lacks, what scenes may ask for"
+        "info", parents=[parents.common], help="versions, what this machine lacks, what scenes can choose"
     )
     own.add_argument("--schema", action="store_true", help="print the JSON schema of summary.json")
     own.set_defaults(command=print_info)

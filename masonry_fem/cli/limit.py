@@ -37,7 +37,7 @@ def add(commands: Commands, parents: Parents) -> None:
     own = commands.add_parser(
         "limit",
         parents=[parents.scene, parents.common],
-        help="limit analysis: can the loads be carried, and grow how far",
+        help="limit analysis: whether loads can be carried, and how far they may grow",
     )
     own.add_argument(
         "--dead", action="append", default=[], metavar="LOAD",

@@ -1,4 +1,4 @@
-"""Command ``mesh``: write and picture mesh and interfaces."""
+"""Command ``mesh``: write and draw the mesh and the interfaces."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def mesh_scene(options: argparse.Namespace) -> int:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "mesh", parents=[parents.scene, parents.common], help="write and picture mesh and interfaces"
+        "mesh", parents=[parents.scene, parents.common], help="write and draw the mesh and the interfaces"
     )
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
     own.set_defaults(command=mesh_scene)

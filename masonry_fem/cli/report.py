@@ -1,4 +1,4 @@
-"""Command ``report``: tell of the results in a folder in one HTML file."""
+"""Command ``report``: present the results in a folder in one HTML file."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def report_results(options: argparse.Namespace) -> int:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "report", parents=[parents.common], help="tell of the results in a folder in one HTML file"
+        "report", parents=[parents.common], help="present the results in a folder in one HTML file"
     )
     own.add_argument("folder", type=Path, metavar="DIR", help="results folder of a run")
     own.set_defaults(command=report_results)

@@ -36,7 +36,7 @@ def resume_run(options: argparse.Namespace) -> int:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "resume", parents=[parents.common], help="go on with a run that was ended, or make more steps of it"
+        "resume", parents=[parents.common], help="continue a run that was ended, or make more steps of it"
     )
     own.add_argument(
         "out", type=Path, metavar="DIR", help="results folder of a run with output.checkpoint_steps"

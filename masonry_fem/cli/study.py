@@ -140,7 +140,7 @@ def add(commands: Commands, parents: Parents) -> None:
         "--peak", action="append", default=[], metavar="NAME",
         help="record and compare the greatest size over the steps of supports.NAME.x, probes.NAME, time ...",
     )  # fmt: skip
-    own.add_argument("--accuracy", default="1%", metavar="A", help="error that is asked for (1%%)")
+    own.add_argument("--accuracy", default="1%", metavar="A", help="wanted error (1%%)")
     own.add_argument(
         "--records", nargs="+", default=[], metavar="FILE",
         help="incremental dynamic analysis in place of settings: accelerograms (.AT2, .csv), or .txt files "
@@ -166,7 +166,7 @@ def add(commands: Commands, parents: Parents) -> None:
     )
     own.add_argument("--workers", type=int, metavar="N", help="cells at a time (as cores and memory allow)")
     own.add_argument("--time-limit", type=float, metavar="S", help="CPU seconds a cell may take")
-    own.add_argument("--fresh", action="store_true", help="compute again what is known")
+    own.add_argument("--fresh", action="store_true", help="compute cells again although results are stored")
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE-study)")
     own.add_argument("--json", action="store_true", help="print everything as JSON")
     own.set_defaults(command=study_scene)

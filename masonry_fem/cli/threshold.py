@@ -1,4 +1,4 @@
-"""Command ``threshold``: find the value of a key at which a scene stands no more."""
+"""Command ``threshold``: find the value of a key beyond which a scene no longer stands."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def add(commands: Commands, parents: Parents) -> None:
     own = commands.add_parser(
         "threshold",
         parents=[parents.scene, parents.common],
-        help="find the value of a key at which a scene stands no more",
+        help="find the value of a key beyond which a scene no longer stands",
     )
     own.add_argument("key", metavar="KEY", help="dotted key, as --set takes it: structures.arch.thickness")
     own.add_argument(
@@ -70,8 +70,8 @@ def add(commands: Commands, parents: Parents) -> None:
     own.add_argument(
         "--tolerance", type=float, default=1e-2, metavar="T", help="relative width of the bracket (0.01)"
     )
-    own.add_argument("--no-limit", action="store_true", help="do not ask limit analysis")
-    own.add_argument("--fresh", action="store_true", help="try again what is known")
+    own.add_argument("--no-limit", action="store_true", help="leave limit analysis out")
+    own.add_argument("--fresh", action="store_true", help="repeat trials whose results are stored")
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE-threshold)")
     own.add_argument("--json", action="store_true", help="print everything as JSON")
     own.set_defaults(command=find_threshold)

@@ -1,4 +1,4 @@
-"""Elastic: stones of linear elasticity and small displacements, by finite elements (DOLFINx)."""
+"""Elastic: stones of linear elasticity, with small strains and any rotation, by finite elements (DOLFINx)."""
 
 from __future__ import annotations
 

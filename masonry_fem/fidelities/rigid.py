@@ -1,4 +1,4 @@
-"""Rigid: stones that keep their shape. Forces and mechanisms are told, stresses are not."""
+"""Rigid: stones that keep their shape. They give forces and mechanisms, and mean stresses only."""
 
 from __future__ import annotations
 

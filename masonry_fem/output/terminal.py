@@ -252,7 +252,7 @@ def _utilisation(summary: Mapping[str, Any]) -> Rows:
     yield (
         "utilisation",
         f"worst {share} of a stone",
-        "of 1; ± error (at a point, of the mean stress)",
+        "1: all is used; ± error (at a point, of the mean stress)",
     )
     for stone in told["worst"]:
         yield "utilisation", stone["block"], utilisation_words(stone)

@@ -73,7 +73,7 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
 
     Attributes
     ----------
-    name : its name, with which names of its blocks begin
+    name : its name; the names of its blocks begin with it
     material : name of a table in ``materials``
     fidelity : in place of the scene's
     mesh : in place of the scene's

@@ -190,23 +190,23 @@ class LineForce(Spec, frozen=True, kw_only=True):
 
 
 class MovingLoad(Spec, frozen=True, kw_only=True):
-    """Forces that go along a path over faces, as the axles of a vehicle: [how](moving.md).
+    """Forces that move along a path over faces, such as the axles of a vehicle: [how](moving.md).
 
-    Wherever it stands each force goes on along its own direction to the first of the faces, which takes it.
-    What stands beside all of them acts on nothing.
+    Each force is moved along its own direction to the first of the faces, and acts there. One that meets none
+    of them acts on nothing.
 
     Attributes
     ----------
-    on : selector of the faces that it goes over
-    path : points of a line, from where the load comes to where it goes, in world coordinates of the
-        undeformed structure; before the first point and after the last one it goes straight on
+    on : selector of the faces that it moves over
+    path : points of a line along which the load moves, in world coordinates of the undeformed structure;
+        before the first point and after the last one it continues straight
     vector : force of each axle
     axles : how far each axle is behind the first one
     spread : length along the path that each force is spread over; by default it acts at a point
     width : width across the path that each force is spread over, in 3D; by default it acts on a line
-    begin : distance along the path from its first point at which the first axle begins, and where it stays in
-        analyses that do not move it
-    speed : in a march in time, how fast it goes
+    begin : where the first axle begins, and stays in analyses that do not move it: distance along the path
+        from its first point
+    speed : of the load along its path, in a march in time
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
     case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
@@ -224,7 +224,7 @@ class MovingLoad(Spec, frozen=True, kw_only=True):
 
 
 class Temperature(Spec, frozen=True, kw_only=True):
-    """A change of temperature of whole blocks since they had no stress; several on a block add up.
+    """A change of temperature of whole blocks from the state without stress; several on a block add up.
 
     Blocks expand by their material's ``thermal_expansion``. Rigid ones cannot, and are refused.
 
@@ -258,7 +258,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     pressures : pressures on faces, which turn with them
     points : forces at points
     lines : forces per length along segments
-    moving : forces that go along a path over faces
+    moving : forces that move along a path over faces
     temperatures : changes of temperature of blocks
     """
 

@@ -93,8 +93,8 @@ class Output(Spec, frozen=True, kw_only=True):
         with the same contact points
     contact_error : run the analysis a second time with [other contact points](errors.md#contact), and put
         into the summary what changes
-    report : write ``report.html``: [all of it in one file](report.md), for somebody who was not there; it
-        brings ``interfaces`` and ``stones``
+    report : write ``report.html``: [all of it in one file](report.md), which can be handed on; it turns on
+        ``interfaces`` and ``stones``
     amplification : factor of displacements in pictures; chosen automatically by default
     spectrum_damping : damping ratio of the oscillators of [response spectra](shaking.md#response-spectra),
         which are written where accelerograms act

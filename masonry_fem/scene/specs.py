@@ -207,11 +207,11 @@ class Stage(Spec, frozen=True, kw_only=True):
     loads : in place of those of the stage before; in statics the change goes evenly over the steps
     supports : in place of those of the stage before
     joints : in place of those of the stage before; joints whose kind of law changes begin anew
-    ties : in place of those of the stage before. Ties of the same names go on; new ones bear their pretension
-        where their points have gone
-    materials : tables in place of those of the same names; numbers of stones that deform go there evenly
-    without : blocks that are not there, in place of those of the stage before. What they gave to others goes
-        in statics evenly over the steps; stones that appear have no stress, and stand where
+    ties : in place of those of the stage before. Ties of the same names continue; new ones have their
+        pretension with their points in their present places
+    materials : tables in place of those of the same names; the numbers of stones that deform change evenly
+    without : blocks that are absent, in place of those of the stage before. In statics the forces that they
+        exerted are removed evenly over the steps; stones that appear have no stress, and begin where
         ``analysis.new_stones`` says
     """
 
@@ -249,9 +249,10 @@ class Scene(Spec, frozen=True, kw_only=True, metaclass=_Checked):
     large : build the scene even if it exceeds the [size limits](limits.md#sizes); ``--yes`` sets it
     dimension : of space
     plane : whether a 2D scene is in plane strain or plane stress
-    fidelity : what blocks are where nothing else says so: ``rigid``, ``reduced``: elastic by few modes
-        (``degree`` of their material), ``elastic``, ``inelastic``, or ``auto``: elastic until their stress
-        comes near to their strength (``promote_at`` of their material), and then inelastic
+    fidelity : how blocks are modelled unless a structure or an override says otherwise: ``rigid``,
+        ``reduced``: elastic by few modes (``degree`` of their material), ``elastic``, ``inelastic``, or
+        ``auto``: elastic until their stress comes near to their strength (``promote_at`` of their material),
+        and then inelastic
     mesh : elements of elastic blocks
     mass : mass matrix of elastic blocks
     materials : tables of material properties, by name

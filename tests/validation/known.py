@@ -1,4 +1,4 @@
-"""Known answers: cases whose answer stands in a book, computed; docs/validation.md is made of them.
+"""Known answers: cases from books and formulas, computed; docs/validation.md is made of them.
 
 for case in CASES: case.compute(), case.expected, case.bound
 """
@@ -145,8 +145,8 @@ HEAD = """# Known answers
 
 <!-- made by docs/make_validation.py from tests/validation/known.py; do not edit -->
 
-Cases whose answer stands in a book, and what the program makes of them. The page is made of the results of
-`tests/validation/known.py`; a test computes each case anew and holds it to its bound and to this page.
+Cases whose answer is known from a book or a formula, and what the program obtains. This page is made from
+`tests/validation/known.py`; a test computes each case anew and compares it with its bound and with this page.
 
 | case | expected | obtained | error | allowed | source |
 |---|---|---|---|---|---|
@@ -154,7 +154,7 @@ Cases whose answer stands in a book, and what the program makes of them. The pag
 TAIL = """
 ## More
 
-Each of these has its tables and figures, held by tests of its own:
+Pages with more comparisons, each checked by tests:
 
 | what | page |
 |---|---|

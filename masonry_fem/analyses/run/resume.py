@@ -79,8 +79,8 @@ def _refuse_changes(first: specs.Scene, scene: specs.Scene) -> None:
     ]
     if told:
         raise CheckpointError(
-            f"a run goes on with its own scene, and {first_few(told, SHOWN, separator='; ')}: leave that as "
-            "it was, or let another scene start from where this one ended (analysis.start)"
+            f"a run is resumed with its own scene, but {first_few(told, SHOWN, separator='; ')}: leave that "
+            "as it was, or let another scene start from where this one ended (analysis.start)"
         )
 
 

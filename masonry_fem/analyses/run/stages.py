@@ -77,10 +77,8 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                 if done and stage is not scene.stages[-1]:  # the last one is run once more
                     told.append(_done(out / stage.name, stage.name, after))
                     continue
-                # rules of joints that an earlier stage had may have lost theirs with blocks that are gone
-                old_rules = () if after is None or stage.joints is not None else ("idle_joint",)
                 own = starting(whole, None if after is None else out / after, base)
-                with muted(*old_rules), of_stage(stage.name):
+                with muted(*_unsaid(stage, after)), of_stage(stage.name):
                     result = run(own, out / stage.name, kept)
                 end = result.summary
                 told.append(
@@ -128,6 +126,14 @@ def of_stage(name: str) -> Iterator[None]:
     except MasonryError as error:
         error.args = (f"stage '{name}': {error}",)
         raise
+
+
+def _unsaid(stage: specs.Stage, after: str | None) -> tuple[str, ...]:
+    """Codes of remarks that a stage need not repeat.
+
+    Rules of joints that an earlier stage had may have lost theirs with blocks that are gone.
+    """
+    return () if after is None or stage.joints is not None else ("idle_joint",)
 
 
 def _tell_repeated(stage: specs.Stage, scene: specs.Scene, after: str | None) -> None:

@@ -44,7 +44,7 @@ def notes(
     cases = [one.key for one in vary if one.is_case]
     if explores(vary, reference):
         said.append(
-            "each cell is a problem of its own: its values are shown; for errors vary the mesh or another "
+            "each cell is a different problem: its values are shown; for errors vary the mesh or another "
             "key of accuracy, too"
         )
     elif cases:

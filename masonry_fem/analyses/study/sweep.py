@@ -154,8 +154,7 @@ def study(
         told, interrupted = Kept(folder, fresh=fresh).computed(cells, crew, source.base, tell)
     rows = tuple(_row(cell, told, peaks) for cell in cells)
     wanted.check(rows)
-    comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
-    aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
+    comparisons, aims = _compared(rows, varied, wanted, quantities)
     blind = unseen(made, varied, rows) if wanted.given is None else []
     advised = () if explores(varied, wanted) else aims
     advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in advised)
@@ -195,6 +194,15 @@ def _row(cell: Cell, told: Mapping[str, Any], peaks: Sequence[str]) -> Row:
     if cell.key not in told:
         return Row.unsolved(cell, "missing", "not computed yet")
     return Row.of(cell, told[cell.key], peaks)
+
+
+def _compared(
+    rows: Sequence[Row], vary: Sequence[Variation], wanted: Reference, quantities: Sequence[str]
+) -> tuple[tuple[Comparison, ...], tuple[Target, ...]]:
+    """The comparison of each case, and what advice is for: nothing where no cell was solved."""
+    comparisons = tuple(compare(case, vary, wanted, quantities) for case in _cases(rows, vary))
+    solved = any(row.solved for row in rows)
+    return comparisons, tuple(targets(comparisons, quantities)) if solved else ()
 
 
 def _cases(rows: Sequence[Row], vary: Sequence[Variation]) -> list[list[Row]]:

@@ -2,10 +2,10 @@
 
 Contacts at nodes are exact where they bring a uniform pressure to the right nodes of both sides: where meshes
 match, or one divides the facets of the other. Where the vertices of one mesh are among those of the other,
-but triangles lie on quadrilaterals, they stay at the nodes, too, and the error is told: on domes, whose crown
-has tetrahedra, weighted ones take Newton's method ten times as many steps. On round faces vertices have to
-face vertices as well: one that faces the middle of a facet is apart from it by what the facet misses the arc.
-Rigid faces have them at corners.
+but triangles lie on quadrilaterals, contacts stay at the nodes, too, and a remark states the error: on domes,
+whose crown has tetrahedra, weighted ones take Newton's method ten times as many steps. On round faces
+vertices must also face vertices, since there is a gap between an arc and the middle of a facet. Rigid faces
+have contacts at corners.
 """
 
 from __future__ import annotations

@@ -9,18 +9,18 @@ whatever the two meshes. This is the mortar method of contact mechanics, integra
 part of a facet of each side and the polygon. On facets of second order the shape functions N_i of the
 vertices are the linear ones, as the quadratic ones of a triangle's vertices integrate to zero.
 
-The weights are dual, ∫ ψ_i L_j = δ_ij ∫ L_i, to the linear functions L_i of the vertices, of which those
-outside of the interface are moved to its rim: of linear elements the mean of u_s is that at the vertex, or at
-the rim. So joints bear up to their rims, and linear meshes that match have the contacts of ``nodes``. With
-weights from vertices outside there are more contacts along a cut than what both meshes can do there tells
-apart, and Newton's method takes 200 steps on a wall that takes 9. A facet of which the moved vertices make
-nothing useful, as where a corner of the interface pokes into it, keeps its own, and ψ_i = N_i there. A vertex
-that hardly reaches into the interface gives its weight to the nearest.
+The weights are dual, ∫ ψ_i L_j = δ_ij ∫ L_i, to the linear functions L_i of the vertices. Vertices outside of
+the interface are moved to its rim: with linear elements the mean of u_s is that at the vertex, or at the rim.
+So joints bear up to their rims, and linear meshes that match have the contacts of ``nodes``. (If vertices
+outside kept their places, there would be more contacts along a cut than the meshes can distinguish, and
+Newton's method would take 200 steps instead of 9 on a wall.) A facet that the moved vertices distort too
+much, as where a corner of the interface lies within it, keeps its own, and ψ_i = N_i there. A vertex that
+hardly reaches into the interface gives its weight to the nearest.
 
-On round faces Γ is all patches that the two have in common: weights reach over the edges between facets of
-either side, and the frame of a contact has the mean of the normals about it. Facets that do not coincide are
-apart and overlap by themselves, by e²/8R, which is far more than stone gives way. So the gap of a contact is
-the mean of what faces have between them that are as round as their facets turn.
+On round faces Γ is all patches that the two faces have in common: weights reach over the edges between facets
+of either side, and the frame of a contact has the mean of the normals about it. Facets of length e that do
+not coincide are apart or overlap by e²/8R, which is far more than stone deforms. So the gap of a contact is
+computed between curved faces, whose curvature follows from the angles between facets.
 
 References
 ----------

@@ -21,8 +21,8 @@ class Crossing(Quasistatic, frozen=True, kw_only=True, tag="crossing"):
     """True statics of [loads that move](moving.md), which go along their paths slowly.
 
     All loads are applied in equal steps, as in statics, while the moving ones stand where they begin. Then
-    these go on to the ends of their paths, place by place, each reached from the one before. Time in results
-    is the load factor up to 1, and 1 more than the share of the way after that.
+    these move to the ends of their paths, place by place, each reached from the one before. Time in results
+    is the load factor up to 1, and from there on 1 plus the share of the path that is covered.
 
     Attributes
     ----------

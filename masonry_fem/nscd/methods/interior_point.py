@@ -16,14 +16,14 @@ With H the scaling in impulses, a step is dp = −H (J dv + …), and where bloc
 in the bodies' velocities, with the matrix M + Bᵀ H J B. H grows as 1/τ, and is never multiplied out
 where it meets a velocity: H = R Rᵀ, and R Rᵀ dv keeps the digits that H dv loses.
 
-In 3D the angle between friction and sliding is off by √τ after every such step. Where blocks are elastic,
-and nothing will polish the result, every other step of the end game keeps τ and mends the angle.
+In 3D the angle between friction and sliding is off by √τ after every such step. If blocks are elastic and no
+other method improves the result, every other one of the last steps keeps τ and corrects the angle.
 
-Where cohesion has a stiffness S, x is made of p̃ = p + S v. Impulses p then are unknowns of their own, and
+If cohesion has a stiffness S, x is made of p̃ = p + S v. Impulses p then are unknowns of their own, and
 p + S v − p̃ a residual that falls with the others.
 
-Where contacts touch without force, or stick on the edge of their cone, the error falls as √τ only
-and rounding ends it at some 1e-7: proximal Newton goes on from there in a few steps.
+If contacts touch without force, or stick on the edge of their cone, the error falls only as √τ, and rounding
+stops it at some 1e-7: proximal Newton continues from there in a few steps.
 
     solution = iterate(problem, InteriorPoint(), settings)
 """

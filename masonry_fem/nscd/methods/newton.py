@@ -5,13 +5,14 @@ Newton steps, the problem regularised about a centre (p_k, U_k)
 
     v + α w (p − p_k) instead of v,        M_r (U − U_0) + ε (U − U_k) instead of M_r (U − U_0)
 
-and moves the centre there, with a smaller α. The second term acts only where M_r = 0: it keeps the
-matrix regular whatever the active set, and it is what decides that no equilibrium exists: then the
-unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
+and moves the centre there, with a smaller α. The second term acts only where M_r = 0. It keeps the
+matrix regular whatever the active set, and it shows when no equilibrium exists: then the
+unbalanced impulse stays from round to round, whatever ε, and U grows along the mechanism.
 
-Where a step of many elastic contacts comes out very short, slip is held back, too, by F_T + κ ρ (v_T − v_T,k)
-at contacts that slide; κ falls with each round that ends, and rises where one does not. After each such
-step the bodies that are far from settled come to rest by themselves, as a problem of their own (``part``).
+If the line search makes a step of many elastic contacts very short, slip is damped, too, by
+F_T + κ ρ (v_T − v_T,k) at contacts that slide; κ falls with each round that converges, and rises if one does
+not. After each such step the bodies with the largest residuals are solved for separately, as a smaller
+contact problem (``part``).
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 

@@ -1,9 +1,9 @@
 """Nonlinear Gauss–Seidel (NSGS): contact after contact, each solved exactly with the others held.
 
-The thesis's own solver. It reaches 1e-4 fast and then crawls where W is rank-deficient, as it is
-in most masonry, so it gives up once sweeping no longer pays. Where all blocks are rigid their velocities
-are kept up to date; any other problem is condensed to its block-sparse W. Relaxed or with threads, sweeps
-go colour after colour, else in a shuffled order (``sweep_form``).
+The solver of Acary's thesis (docs/theory.md). It reaches 1e-4 fast and then slows down if W is
+rank-deficient, as it is in most masonry, so it gives up once sweeping no longer pays. If all blocks are rigid
+their velocities are kept up to date; any other problem is condensed to its block-sparse W. Relaxed or with
+threads, sweeps go colour after colour, else in a shuffled order (``sweep_form``).
 
     solution = iterate(problem, GaussSeidel(), SolverSettings(tolerance=1e-6))
 """

@@ -149,11 +149,18 @@ def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -
         **_spread("normal_{} [-]", world, faces.normal),
     }
     for number, axis in enumerate(axes):
-        columns |= _spread(f"axis{axis}_{{}} [-]", world, faces.axes[:, number])
-        columns[f"size{axis} [m]"] = faces.size[:, number].tolist()
-        for end, word in enumerate(("low", "high")):
-            columns[f"{word}_side{axis}"] = [sides[number][end] for sides in faces.sides]
+        columns |= _axis(faces, number, axis, world)
     return columns
+
+
+def _axis(faces: JointFaces, number: int, ending: str, world: str) -> Columns:
+    """Direction, size and sides of the faces along one of their axes."""
+    low, high = ([sides[number][end] for sides in faces.sides] for end in (0, 1))
+    return _spread(f"axis{ending}_{{}} [-]", world, faces.axes[:, number]) | {
+        f"size{ending} [m]": faces.size[:, number].tolist(),
+        f"low_side{ending}": low,
+        f"high_side{ending}": high,
+    }
 
 
 def _spread(heading: str, names: str | tuple[str, ...], values: np.ndarray) -> Columns:

@@ -1,4 +1,4 @@
-"""Write ``report.html``: all of a run in one file, for somebody who was not there."""
+"""Write ``report.html``: all of a run in one file, which can be handed on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Report: one HTML file that tells of a run to somebody who was not there, made of its results folder alone.
+"""Report: one HTML file that presents a run and can be handed on, made of its results folder alone.
 
     write_report(Path("results/arch"))          # results/arch/report.html
 

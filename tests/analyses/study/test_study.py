@@ -237,7 +237,7 @@ def test_where_each_cell_is_a_problem_of_its_own_values_are_told(scene: Path, tm
     assert "40 kN/m" in printed
     assert "60 kN/m" in printed
     assert "Advice" not in printed
-    assert "problem of its own" in printed
+    assert "different problem" in printed
     assert (tmp_path / "values.png").stat().st_size > 5000
     assert not (tmp_path / "pareto.png").exists()
     assert json.loads((tmp_path / "study.json").read_text())["recommendations"] == []

@@ -21,10 +21,10 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
 
     Attributes
     ----------
-    start : results folder of another run of the same stones (``output.checkpoint_steps``), whose end is
-        [where this one begins](histories.md); loads that this scene lacks go evenly over the steps of statics
-    new_stones : where stones begin that were not there before, in a run with ``start`` or a stage: in their
-        ``reference`` places, or ``moved`` as the stones are that they touch; without stress in both cases
+    start : results folder of another run of the same stones (with ``output.checkpoint_steps``), in whose
+        final state [this one begins](histories.md); in statics loads that this scene lacks are removed evenly
+    new_stones : where stones begin that are new in a stage, or in a run with ``start``: in their
+        ``reference`` places, or ``moved`` with the stones that they touch; without stress in both cases
     """
 
     start: FilePath | None = None

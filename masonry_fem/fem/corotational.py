@@ -231,6 +231,8 @@ class CorotationalGroup(Deformable[TurningState]):
         alpha, beta = self.operators.material.mass_damping, self.operators.material.stiffness_damping
         if guess is not None:
             left = self._elastic_residual(state, guess, self._own(at, force), scheme)
+            # a first guess is as warm as the step begins
+            left -= h * theta * self.constitution.expanding(guess, state.time + h - guess.time)
             elastic = guess.velocity - self.compliant(left, guess, scheme)
         else:
             start = state.velocity if inertia else np.zeros_like(state.velocity)

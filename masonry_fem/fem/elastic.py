@@ -197,6 +197,8 @@ class ElasticGroup(Deformable[ElasticState]):
         change = self.clamping.velocity(state.time, *before, scheme) - start[:, held]
         if guess is not None:
             left = self.balance.residual(state, guess, force, scheme)
+            # a first guess is as warm as the step begins
+            left -= h * theta * self.constitution.expanding(guess, state.time + h - guess.time)
             missing = start[:, held] + change - guess.velocity[:, held]
             if missing.any():  # the guess is where the step begins
                 left += self._pushed(missing, guess, scheme)

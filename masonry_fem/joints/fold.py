@@ -94,6 +94,11 @@ class Turn:
     tolerance: float
 
     @property
+    def restless(self) -> int | None:
+        """The contact whose state changed most; None where the joints settled."""
+        return int(self.trial.differences(self.given).argmax()) if self.change > 0 else None
+
+    @property
     def start(self) -> Start:
         """First guess for the next turn."""
         return Start(self.solution.impulse, self.solution.rigid_velocity)

@@ -187,21 +187,24 @@ class JointState:
         """
         if not self.count or all(getattr(self, name) is getattr(other, name) for name in SETTLING):
             return 0.0
-        switches = (self.broken != other.broken).any() or (self.crushing != other.crushing).any()
-        changes = [
-            float(switches),
-            *(
-                float(np.abs(getattr(self, name) - getattr(other, name)).max())
-                for name in ("adhesion", "obliquity")
-            ),
-        ]
+        return float(self.differences(other).max())
+
+    def differences(self, other: JointState) -> FloatArray:
+        """The difference of each contact that ``distance`` is the largest of, shape (c,)."""
+        found = ((self.broken != other.broken) | (self.crushing != other.crushing)).astype(float)
+
+        def see(name: str, size: float) -> None:
+            if size > 0:
+                change = np.abs(getattr(self, name) - getattr(other, name)) / size
+                np.maximum(found, change, out=found)
+
+        for name in ("adhesion", "obliquity"):
+            see(name, 1.0)
         for name in ("opening", "dilation"):
-            mine, yours = getattr(self, name), getattr(other, name)
-            size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))
-            changes.append(float(np.abs(mine - yours).max()) / size if size else 0.0)
-        hardest = float(np.maximum(self.compacted, other.compacted).max())
-        changes += [float(np.abs(self.compacted - other.compacted).max()) / hardest] if hardest else []
+            see(name, max(float(np.abs(part).max()) for part in (getattr(self, name), self.jump)))
+        see("compacted", float(np.maximum(self.compacted, other.compacted).max()))
         largest = np.abs(self.own).max(axis=0)
-        moved = np.abs(self.own - other.own).max(axis=0)
-        changes += np.divide(moved, largest, out=moved.copy(), where=largest > 0).tolist()
-        return max(changes)
+        moved = np.abs(self.own - other.own)
+        own = np.divide(moved, largest, out=moved.copy(), where=largest > 0)
+        differences: FloatArray = np.maximum(found, own.max(axis=1, initial=0.0))
+        return differences

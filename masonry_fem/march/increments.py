@@ -133,7 +133,7 @@ def _parts(
     divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)
     if doubtful and parts[0] > 1:
         yield from divided
-    elif (made.strayed or _lost(met, made)) and parts[1] > 1:
+    elif (made.strayed or _lost(met, made)) and made.joint_change == 0 and parts[1] > 1:
         halves = list(divided)
         last = halves[-1][1].solution
         # too near to where nothing balances for any verdict: that of the whole stands

@@ -61,6 +61,7 @@ class Round:
     Attributes
     ----------
     velocity : At the contacts, local frames, (c, d) [m/s]. joints : Their state; change : Left open of it.
+    restless : The contact at which most is left open of it; None: nothing is.
     impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
     loading : What acts.
     residuals : What stresses of nonlinear blocks left of balance after each round so far.
@@ -85,6 +86,7 @@ class Round:
     tangents: tuple[Any, ...] = ()
     slope: float = 0.0
     missed: float = 0.0
+    restless: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,7 +298,7 @@ class Rounds:
             solution = _summed(last.solution, solution)
         return Round(
             place, taken.problem, solution, active, taken.trial, taken.change, free, impulse, rigid, nodal,
-            bodies, velocity, loading, () if last is None else last.residuals,
+            bodies, velocity, loading, () if last is None else last.residuals, restless=taken.restless,
         )  # fmt: skip
 
     def settled(self, made: Round) -> bool:

@@ -51,6 +51,7 @@ class Increment:
     here : Contact geometry that the impulses balance in: that of the end in statics; of the start where
         there is inertia, or no equilibrium. rigid_map : B there, of all contacts, supports too.
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
+    restless : The contact at which most was left open; None: nothing was.
     jammed : Overlaps were held that ``expulsion`` was to drive apart, as no motion does that.
     strayed : Impulses balance where the step begins, and none were found that do where it leads.
     residuals : What stresses of nonlinear blocks left of balance, relative, round by round; () where all
@@ -75,6 +76,7 @@ class Increment:
     here: Placement
     rigid_map: FloatArray
     joint_change: float = 0.0
+    restless: int | None = None
     jammed: bool = False
     strayed: bool = False
     residuals: tuple[float, ...] = ()
@@ -237,7 +239,7 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     return Increment(
         state, after, made.problem, made.solution, made.active, made.impulse, forces, scheme,
         made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
-        residuals=made.residuals, unsettled=unsettled,
+        restless=made.restless, residuals=made.residuals, unsettled=unsettled,
     )  # fmt: skip
 
 

@@ -136,8 +136,8 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
         nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
         if nearer:
             least, best = rest, Turned(made, there, strayed)
-        if rest <= 1 or idle > PATIENCE or count > MOST:
-            break  # holds, or as far as rounding lets it go, or round in circles
+        if rest <= 1 or idle > PATIENCE or count > MOST or made.change > 0:
+            break  # holds, or as far as rounding lets it go, or round in circles, of joint laws too
         error = max(tolerance, min(error, SHARE * felt))
         following = rounds.roughly(error).solved(places.following(made, there, nearer=nearer), made)
         if not following.solution.solved:

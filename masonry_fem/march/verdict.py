@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from masonry_fem.bodies.base import nonlinear
+from masonry_fem.joints.law import layers_of
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import moving_blocks
 from masonry_fem.march.model import Model
@@ -83,14 +84,23 @@ def sentence(verdict: Verdict, end: End) -> str:
 
 def _open(end: End) -> str:
     """Why steps that were solved are no equilibrium."""
-    if end.objection:
-        return f"No equilibrium in what is written: {end.objection}"
     if end.report.joint_change == 0:
-        return _restless(end)
+        return f"No equilibrium in what is written: {end.objection}" if end.objection else _restless(end)
+    step = f"Step {end.report.step}, at {_when(end.report.time, end.made)}"
     return (
-        f"Step {end.report.step}: the joint laws did not settle, the joints' state still changed by "
-        f"{end.report.joint_change:.1e}. Take more load steps, or analysis.substeps."
+        f"{step}: the joint laws did not settle, the joints' state still changed by "
+        f"{end.report.joint_change:.1e}, most{_where(end)}. Take more load steps, or analysis.substeps."
     )
+
+
+def _where(end: End) -> str:
+    """The joint whose state changed most, and its law, in words."""
+    contact, model = end.made.restless, end.model
+    assert contact is not None  # as its state changed
+    names = [model.assembly.blocks[block].name for block in model.contacts.blocks[contact]]
+    (law,) = (law for law, contacts in model.laws.parts if contact in contacts)
+    layers = ", ".join(f"'{layer.name}'" for layer in layers_of(law))
+    return f" at that of '{names[0]}' and '{names[1]}' ({layers})"
 
 
 def _unsolved(end: End) -> str:

@@ -13,7 +13,9 @@ from masonry_fem.nscd.problem import ContactProblem
 
 FloatArray = NDArray[np.float64]
 
-SLENDER = 100.0  # scale of an elastic contact over the least; among blocks of one kind it is ten
+# Scale of an elastic contact over the least; among blocks of one kind it is ten. With ten, a soft wall of few
+# contacts that slides fast is not solved.
+SLENDER, SLENDER_OF_MANY = 100.0, 10.0
 
 
 def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
@@ -73,25 +75,26 @@ def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     return scale
 
 
-def proximal_scale(problem: ContactProblem, scale: FloatArray) -> FloatArray:
-    """Scale that α is relative to, (c,) [1/kg]: at most ``SLENDER`` times the least among elastic contacts.
+def proximal_scale(problem: ContactProblem, scale: FloatArray, most: float = SLENDER) -> FloatArray:
+    """Scale that α is relative to, (c,) [1/kg]: at most ``most`` times the least among elastic contacts.
 
     A slender block alone bends 10⁴ to 10⁹ times as far as between its neighbours, and only the latter counts
-    here: a layer of mortar of 1 mm between bricks takes 4 steps so, and 14 with ``scale``. What a contact's
-    state is told by, and what ε is relative to, is not bounded so: a column of blocks 1e8 apart in stiffness
-    takes 2 steps, and 27 if it were.
+    here: a layer of mortar of 1 mm between bricks takes 4 steps so, and 14 with ``scale``. A brick that
+    yields gives way far in one way, and hardly more than before in all others. What a contact's state is
+    told by, and what ε is relative to, is not bounded so: a column of blocks 1e8 apart in stiffness takes 2
+    steps, and 27 if it were.
 
     Parameters
     ----------
     problem : The contact problem.
-    scale : That of its contacts, shape (c,).
+    scale : That of its contacts, shape (c,). most : Over the least.
     """
     elastic = problem.operator.elastic()
     if not elastic.any():
         return scale
     own = contact_scale(problem, fold=False)[elastic]
     gives = own > np.finfo(float).eps * own.max()  # of what is held, blocks are rounding
-    return np.minimum(scale, SLENDER * own[gives].min())
+    return np.minimum(scale, most * own[gives].min())
 
 
 def free_speed(problem: ContactProblem) -> float:

@@ -1,5 +1,6 @@
 """Dilatancy at one point."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -107,3 +108,30 @@ def test_dilation_between_elastic_stones_is_found_in_few_turns(monkeypatch: pyte
     monkeypatch.setattr(fold, "solve", counted)
     assert solve_scene(loads(ELASTIC)).outcome == "equilibrium"
     assert len(made) < 45
+
+
+def test_joints_that_do_not_settle_are_named_with_law_and_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fold, "SECANTS", (1,))
+    made = solve_scene(loads(ELASTIC.replace('form = "gap"', "").replace("load_steps = 2", "load_steps = 1")))
+    assert made.outcome == "no_convergence"
+    assert "Step 1, at load factor 1: the joint laws did not settle" in made.message
+    joint = re.search(r"most at that of '(.+)' and '(.+)' \('rough', 'dry'\)", made.message)
+    assert joint is not None
+    assert "s.c2.b1" in joint.groups()
+
+
+def test_joints_that_come_to_no_state_end_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each further round and part of a step would take as many secants, and not settle either."""
+    solve, made = fold.solve, []
+
+    def counted(*given: Any) -> Any:
+        made.append(solve(*given))
+        return made[-1]
+
+    monkeypatch.setattr(fold, "solve", counted)
+    monkeypatch.setattr(fold, "SECANTS", (4,))
+    apart = ELASTIC.replace("columns = 3", "columns = 4").replace("[2000.0, -5000.0]", "[0.0, -1000.0]")
+    result = solve_scene(loads(apart))
+    assert result.outcome == "no_convergence"
+    assert "'rough'" in result.message
+    assert len(made) < 30

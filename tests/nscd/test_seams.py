@@ -10,7 +10,7 @@ from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.solvers import elastic_krylov
 from masonry_fem.nscd.solvers import seams as seaming
 from masonry_fem.nscd.solvers.elastic_krylov import Rows, Sets, Values
-from masonry_fem.nscd.solvers.seams import seams
+from masonry_fem.nscd.solvers.seams import seams, together
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene, Solver, Statics
 from masonry_fem.structures.wall import WallStructure
@@ -107,6 +107,64 @@ def test_rows_of_a_step_before_are_kept_where_nothing_has_changed():
     kept, made = rows(changed, rows(own)), rows(changed)
     np.testing.assert_array_equal(kept.inside(force), made.inside(force))
     assert np.abs(made.inside(force) - rows(own).inside(force)).max() > 1e-3
+
+
+def test_interfaces_of_a_stone_that_flows_are_one():
+    # stone 0 between stones 1 and 2 flows, and so at all of its contacts at once; stones 1 and 2 meet, too
+    random, d, count = np.random.default_rng(5), 3, 6
+    way = random.normal(size=(4 * d, 1))
+    flowing = Kinds.alike(
+        np.arange(4)[None], np.tile(np.eye(d), (1, 4, 1, 1)), np.eye(4 * d) + 1e3 * way @ way.T
+    )
+    others = [
+        Kinds.alike(np.array([at]), sign * np.tile(np.eye(d), (1, 4, 1, 1)), np.eye(4 * d))
+        for at, sign in (([0, 1, 4, 5], -1), ([2, 3, 4, 5], -1))
+    ]
+    interface = np.array([0, 0, 1, 1, 2, 2])
+    found, joined = together(Shared(count, d, [flowing, *others]), interface)
+    assert [group.tolist() for group in found] == [[[4, 5]], [[0, 1, 2, 3]]]
+    assert not joined
+    # before it flows they are apart
+    still = Kinds.alike(flowing.contacts, flowing.turns[0][None], np.eye(4 * d))
+    assert together(Shared(count, d, [still, *others]), interface) == (None, [])
+
+
+def test_contacts_between_any_number_of_bodies_are_eliminated_as_one():
+    random, d, m = np.random.default_rng(6), 2, 3
+    bodies = np.array([[1, 0], [0, 1], [2, 1], [-1, 2], [2, 3], [3, 2], [4, 3], [-1, 4]])
+    maps = random.normal(size=(len(bodies), 2, d, m))
+    maps[bodies < 0] = 0.0
+    root = random.normal(size=(len(bodies) * d,) * 2)
+    whole = root @ root.T + np.eye(len(root))
+    groups = [np.arange(8).reshape(2, 4)]  # bodies −1, 0, 1, 2 and −1, 2, 3, 4
+    coupling = [np.stack([whole[:8, :8], whole[8:, 8:]])]
+    own, by_velocity = (np.eye(d) + 0.1 * random.normal(size=(len(bodies), d, d)) for _ in range(2))
+    values = Values(own, by_velocity, np.ones(len(bodies), dtype=bool), 1.0)
+    rows = Rows(values, bodies, maps, Sets(groups, coupling), Sets([], []))
+    joined = np.zeros((len(bodies), d, 5, m))
+    for contact, sides in enumerate(bodies):
+        for side, body in enumerate(sides):
+            if body >= 0:
+                joined[contact, :, body] += maps[contact, side]
+    ((members, given),) = rows.eliminated()
+    assert members.tolist() == [[-1, 0, 1, 2], [-1, 2, 3, 4]]
+    motion = random.normal(size=(5, m))
+    moved = rows.moving(np.zeros((len(bodies), d)), motion)
+    for number in range(2):
+        at = slice(4 * number, 4 * number + 4)
+        block = np.zeros((4, d, 4, d))
+        for one in range(4):
+            inner = coupling[0][number].reshape(4, d, 4, d)[one].reshape(d, 4 * d)
+            block[one] = (by_velocity[at][one] @ inner).reshape(d, 4, d)
+            block[one, :, one] += own[at][one]
+        pushed = (by_velocity[at] @ joined[at].reshape(4, d, -1)).reshape(4 * d, -1)
+        followed = np.linalg.solve(block.reshape(4 * d, -1), pushed)
+        np.testing.assert_allclose(moved[at].ravel(), -followed @ motion.ravel(), rtol=1e-9)
+        between = (joined[at].reshape(4 * d, -1).T @ followed).reshape(5, m, 5, m)
+        for i, one in enumerate(members[number]):
+            for j, other in enumerate(members[number]):
+                if min(one, other) >= 0:
+                    np.testing.assert_allclose(given[number, i, j], between[one, :, other], rtol=1e-9)
 
 
 def pushed_wall():

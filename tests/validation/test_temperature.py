@@ -15,6 +15,7 @@ from masonry_fem.march.equilibrium.path import Path
 from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import (
+    Contact,
     Joint,
     Loads,
     Material,
@@ -353,3 +354,31 @@ def test_a_material_is_heated_among_the_blocks_that_are_named():
     assert abs(moved["b"][0]) <= 1e-12 * STRAIN
     with pytest.raises(SceneError, match=r"material = 'warm' is that of no free block among 'b'"):
         heated(on="b", material="warm")
+
+
+@pytest.mark.parametrize("update", ["moving", "fixed"])
+def test_the_first_round_of_a_stone_that_may_crack_knows_how_warm_it_will_be(update):
+    # cooled freely it has no stress; taken for as warm as before it would be torn by ten times its strength
+    law = material_record("brittle_damage", tensile_strength=YOUNG * STRAIN / 10, fracture_energy=100.0)
+    stone = Material(density=2000.0, young=YOUNG, poisson=POISSON, thermal_expansion=EXPANSION, inelastic=law)
+    reports = []
+    made = solve_scene(
+        check(
+            Scene(
+                dimension=2,
+                plane="stress",
+                fidelity="inelastic",
+                mesh=MeshSettings(divisions=(2, 2)),
+                materials={"m": stone},
+                structures=(StackStructure(name="s", material="m", size=(1.0, 0.5), count=2),),
+                joints=(Joint(friction=0.6),),
+                contact=Contact(update=update),
+                loads=Loads(gravity=(0.0, -9.81), temperatures=(Temperature(on="s.b2", change=-CHANGE),)),
+                analysis=Statics(),
+            )
+        ),
+        observers=(lambda model, state, report: reports.append(report),),
+    )
+    assert made.outcome == "equilibrium"
+    assert not made.summary.stress.yielded
+    assert [report.time for report in reports] == [1.0]  # in one go

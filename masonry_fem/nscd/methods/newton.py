@@ -34,7 +34,13 @@ from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
-from masonry_fem.nscd.scaling import newton_scale, proximal_scale, whole_scale
+from masonry_fem.nscd.scaling import (
+    SLENDER,
+    SLENDER_OF_MANY,
+    newton_scale,
+    proximal_scale,
+    whole_scale,
+)
 from masonry_fem.nscd.settings import ACCEPTABLE, TARGET, SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
@@ -138,12 +144,13 @@ class NewtonRun:
     def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
         self.problem, self.settings = problem, settings
         self.scale = whole_scale(problem) if settings.moving else newton_scale(problem)
-        self.proximal = proximal_scale(problem, self.scale)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
         modes = problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6)
         kind = ModalSystem if modes else NewtonSystem
         self.system: NewtonSystem = kind(problem, unfolded, settings.library)
+        most = SLENDER_OF_MANY if self.system.many else SLENDER
+        self.proximal = proximal_scale(problem, self.scale, most)
         self.static = problem.rigid_mass <= 0
         weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)
         self.decrease = decrease if settings.decrease is None else settings.decrease

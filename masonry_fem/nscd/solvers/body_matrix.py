@@ -35,6 +35,7 @@ class BodyMatrix:
         absent = (bodies[:, :, None] < 0) | (bodies[:, None, :] < 0)
         own = np.arange(count) * (count + 1)
         pattern, place = np.unique(np.concatenate([own, keys[~absent]]), return_inverse=True)
+        self.keys = pattern  # row · b + column of each block, ascending
         self.diagonal = place[:count]
         self.slots = np.full(keys.shape, -1, dtype=np.int64)
         self.slots[~absent] = place[count:]

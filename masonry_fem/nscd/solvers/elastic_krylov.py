@@ -5,7 +5,9 @@ what W_el couples through the stones from joint to joint. The *preconditioner* l
 the blocks between the contacts of one interface, so that the contacts are solved for interface by interface,
 and a sparse matrix of the bodies' velocities is left, as that of a rigid wall. It takes the bodies' rows as
 they are, and so does all that is iterated on: what remains is a residual at contacts. Contacts of several
-interfaces that lie at one *seam* of stones are solved for together besides.
+interfaces that lie at one *seam* of stones are solved for together besides. Around a stone that yields all
+interfaces are one: what it flows at one it does at all others. Residuals are measured as errors are, each
+contact by what it gives way: those at such a stone would hide all others.
 
     interfaces = Interfaces(problem, elastic)                     # once for a problem
     solve = interfaces.solver(terms, kept, ...)                   # once for a step
@@ -38,7 +40,7 @@ from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
-from masonry_fem.nscd.solvers.seams import seams
+from masonry_fem.nscd.solvers.seams import seams, together
 from masonry_fem.nscd.transfer import to_bodies, to_contacts
 
 FloatArray = NDArray[np.float64]
@@ -51,8 +53,8 @@ Solve = Callable[[FloatArray], FloatArray]
 CONTACTS = 2_000
 WIDEST = 400
 # Residual to reach, relative to that of the preconditioner's own solution. Newton's method takes as many
-# steps with a tenth of it, of twice as many iterations each.
-ACCURACY = 1e-3
+# steps with a third of it, and of 1600 bricks half as many more with three times of it.
+ACCURACY = 3e-3
 # What of solving for the contacts of a seam interface by interface is taken back where they are solved for
 # together. With all of it rubble takes twice as many iterations in places, with half one more or two.
 SHARE = 0.75
@@ -139,6 +141,29 @@ def numbered(interfaces: Sequence[IntArray], count: int) -> IntArray:
     return number
 
 
+def bodies_of(bodies: IntArray, group: IntArray) -> tuple[IntArray, IntArray]:
+    """Bodies that sets of contacts join, and which of them the two sides of each contact are.
+
+    Parameters
+    ----------
+    bodies : Of all contacts, −1 for none, shape (c, 2). group : The n sets, shape (n, k).
+
+    Returns
+    -------
+    The bodies, −1 where a set has fewer than others, (n, b), and places among them, (n, k, 2).
+    """
+    sides = bodies[group].reshape(len(group), -1)
+    order = np.argsort(sides, axis=1, kind="stable")
+    sides = np.take_along_axis(sides, order, axis=1)
+    place = np.zeros_like(sides)
+    place[:, 1:] = np.cumsum(sides[:, 1:] != sides[:, :-1], axis=1)
+    found = np.full((len(group), place.max(initial=0) + 1), -1)
+    np.put_along_axis(found, place, sides, axis=1)
+    places = np.empty_like(place)
+    np.put_along_axis(places, order, place, axis=1)
+    return found, places.reshape(*group.shape, 2)
+
+
 @dataclass(frozen=True, slots=True)
 class Values:
     """What a step has at some contacts.
@@ -175,8 +200,8 @@ class Solved(NamedTuple):
     Attributes
     ----------
     inverse : (A + Bc W_el)⁻¹ within interfaces, shape (n, k d, k d).
-    followed : It times Bc B of the two bodies, shape (n, k d, 2 m).
-    given : Bᵀ times that: what is left between the bodies, negative, shape (n, 2, 2, m, m).
+    followed : It times Bc B of their b bodies, shape (n, k d, b m).
+    given : Bᵀ times that: what is left between the bodies, negative, shape (n, b, b, m, m).
     """
 
     inverse: FloatArray
@@ -223,11 +248,15 @@ class Rows:
         self._interface: IntArray = (
             numbered(self.groups, len(closed)) if before is None else before._interface
         )
+        self._joins: list[tuple[IntArray, IntArray]] = (
+            [bodies_of(bodies, group) for group in self.groups] if before is None else before._joins
+        )
         changed = np.ones_like(closed) if before is None else values.changed(before.values)
         self.solved: list[Solved] = []
         for number, (group, W) in enumerate(zip(self.groups, interfaces.coupling, strict=True)):
             other = changed[group].any(axis=1)
-            made = self._made(group[other], W[other])
+            slots = self._joins[number][1][other]
+            made = self._made(group[other], W[other], slots, self._joins[number][0].shape[1])
             self.solved.append(made if before is None else before.solved[number].renewed(other, made))
         self.joined: list[FloatArray] = []
         for number, (group, W) in enumerate(zip(self.seams, seams.coupling, strict=True)):
@@ -243,18 +272,18 @@ class Rows:
         alike = number[:, :, None] == number[:, None, :]
         return together - SHARE * np.linalg.inv(self._block(group, np.where(alike, coupling, 0.0)))
 
-    def _made(self, group: IntArray, coupling: FloatArray) -> Solved:
+    def _made(self, group: IntArray, coupling: FloatArray, slots: IntArray, count: int) -> Solved:
         (n, k), (d, m) = group.shape, self.maps.shape[2:]
-        # sides in the order of the first contact's
-        swapped = self.bodies[group, 0] != self.bodies[group[:, :1], 0]
-        maps = self.maps[group]
-        maps[swapped] = maps[swapped][:, ::-1]
-        maps = maps.transpose(0, 1, 3, 2, 4).reshape(n, k, d, 2 * m)
-        pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, 2 * m)
+        whole, given = np.zeros((n, k, d, count, m)), self.maps[group]
+        row, column = np.arange(n)[:, None], np.arange(k)
+        for side in range(2):
+            whole[row, column, :, slots[:, :, side]] = given[:, :, side]
+        maps = whole.reshape(n, k, d, count * m)
+        pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, count * m)
         inverse = np.linalg.inv(self._block(group, coupling))
         followed = inverse @ pushed
-        given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ followed
-        return Solved(inverse, followed, given.reshape(n, 2, m, 2, m).swapaxes(2, 3))
+        left = maps.reshape(n, k * d, count * m).transpose(0, 2, 1) @ followed
+        return Solved(inverse, followed, left.reshape(n, count, m, count, m).swapaxes(2, 3))
 
     def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
         """A + Bc W_el within interfaces, shape (n, k d, k d)."""
@@ -268,11 +297,11 @@ class Rows:
         return block
 
     def eliminated(self) -> Iterator[tuple[IntArray, FloatArray]]:
-        """For each number of contacts one of each interface, (n,), and what solving for all leaves, negative.
+        """For each number of contacts the bodies of its sets, (n, b), and what solving for all leaves there.
 
-        That is between its two bodies, in the order that the contact has them in, shape (n, 2, 2, m, m).
+        The latter negative, shape (n, b, b, m, m).
         """
-        return ((group[:, 0], solved.given) for group, solved in zip(self.groups, self.solved, strict=True))
+        return ((bodies, solved.given) for (bodies, _), solved in zip(self._joins, self.solved, strict=True))
 
     def inside(self, force: FloatArray) -> FloatArray:
         """Impulses of given rows, interface by interface, shape (c, d)."""
@@ -289,9 +318,9 @@ class Rows:
         """Impulses of given rows where bodies move, from those where they do not, both (c, d)."""
         padded = np.concatenate([motion, np.zeros((1, motion.shape[1]))])  # the last is no body
         left = impulse.copy()
-        for group, solved in zip(self.groups, self.solved, strict=True):
-            both = padded[self.bodies[group[:, 0]]].reshape(len(group), -1, 1)
-            left[group] -= (solved.followed @ both).reshape(*group.shape, -1)
+        for group, (bodies, _), solved in zip(self.groups, self._joins, self.solved, strict=True):
+            moved = padded[bodies].reshape(len(group), -1, 1)
+            left[group] -= (solved.followed @ moved).reshape(*group.shape, -1)
         return left
 
     def to_bodies(self, impulse: FloatArray, count: int) -> FloatArray:
@@ -323,17 +352,21 @@ class Interfaces:
     ----------
     problem : The contact problem.
     elastic : Contacts that have compliance, shape (c,).
+    scale : w of each contact, by which residuals are measured, shape (c,).
 
     Attributes
     ----------
-    of_bodies : Contacts of each interface. seams : Those that are strongly coupled beyond.
+    of_bodies : Contacts of each interface, or of several that are solved for as one.
+    seams : Those that are strongly coupled beyond.
     """
 
-    def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
+    def __init__(self, problem: ContactProblem, elastic: Mask, scale: FloatArray) -> None:
         keep()  # each step makes arrays of a hundred megabytes
-        self.problem = problem
-        self.of_bodies = Sets.of(problem.operator, interfaces_by_size(problem, elastic))
-        self.seams = Sets.at_seams(problem.operator, self.of_bodies.groups)
+        self.problem, self.scale = problem, scale
+        operator, interfaces = problem.operator, interfaces_by_size(problem, elastic)
+        found, joined = together(operator, numbered(interfaces, problem.count))
+        self.of_bodies = Sets.of(operator, interfaces if found is None else found)
+        self.seams = Sets.of(operator, joined)
         self.rows: Rows | None = None  # of the last step
 
     def solver(
@@ -354,7 +387,7 @@ class Interfaces:
         """
         values, maps = Values.at(terms, slice(None)), body_matrix.maps
         self.rows = Rows(values, self.problem.bodies, maps, self.of_bodies, self.seams, self.rows)
-        return Preconditioned(self.problem, self.rows, terms, kept, body_matrix, factorised)
+        return Preconditioned(self.problem, self.rows, self.scale, terms, kept, body_matrix, factorised)
 
 
 class Preconditioned:
@@ -363,6 +396,7 @@ class Preconditioned:
     Parameters
     ----------
     problem : The contact problem. rows : Of its contacts.
+    scale : w of each contact, by which residuals are measured, shape (c,).
     terms, kept, body_matrix, factorised : As for ``Interfaces.solver``.
     """
 
@@ -370,22 +404,38 @@ class Preconditioned:
         self,
         problem: ContactProblem,
         rows: Rows,
+        scale: FloatArray,
         terms: Terms,
         kept: IntArray,
         body_matrix: BodyMatrix,
         factorised: Callable[[sparse.bsr_array], Factorised],
     ) -> None:
-        self.problem, self.rows, self.closed, self.kept = problem, rows, terms.closed, kept
+        self.problem, self.rows, self.scale = problem, rows, scale
+        self.closed, self.kept = terms.closed, kept
         self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 
     def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.bsr_array:
-        """What is left between bodies where contacts are solved for interface by interface."""
-        blocks, m = coupled.data.copy(), body_matrix.size
-        for first, given in self.rows.eliminated():
-            slots = body_matrix.slots[first]
-            there = slots >= 0
-            np.subtract.at(blocks, slots[there], given[there])
-        return sparse.bsr_array((blocks, coupled.indices, coupled.indptr), coupled.shape, blocksize=(m, m))
+        """What is left between bodies where contacts are solved for set by set."""
+        blocks, count, m = coupled.data.copy(), body_matrix.count, body_matrix.size
+        beyond = []  # between bodies that no contact joins
+        for bodies, given in self.rows.eliminated():
+            pair = np.stack(np.broadcast_arrays(bodies[:, :, None], bodies[:, None]))
+            there = (pair >= 0).all(axis=0)
+            key, left = pair[0][there] * count + pair[1][there], given[there]
+            slot = np.searchsorted(body_matrix.keys, key)
+            known = body_matrix.keys[np.minimum(slot, len(blocks) - 1)] == key
+            np.subtract.at(blocks, slot[known], left[known])
+            beyond.append((key[~known], left[~known]))
+        matrix = sparse.bsr_array((blocks, coupled.indices, coupled.indptr), coupled.shape, blocksize=(m, m))
+        keys, left = (np.concatenate(parts) for parts in zip(*beyond, strict=True))
+        if not len(keys):
+            return matrix
+        at = np.arange(m)
+        rows, columns = np.broadcast_arrays(
+            (keys // count * m)[:, None, None] + at[:, None], (keys % count * m)[:, None, None] + at
+        )
+        more = sparse.coo_array((left.ravel(), (rows.ravel(), columns.ravel())), matrix.shape)
+        return sparse.bsr_array(matrix - more, blocksize=(m, m))
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
         """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``.
@@ -402,12 +452,15 @@ class Preconditioned:
         if left.any():
             nothing = np.zeros_like(bodies)
 
+            scale = np.repeat(self.scale[kept], d)
+
             def apply(y: FloatArray) -> FloatArray:
-                met = self._precondition(self._spread(y), nothing, refined=False)
-                return self._product(*met)[kept].ravel()
+                met = self._precondition(self._spread(scale * y), nothing, refined=False)
+                return self._product(*met)[kept].ravel() / scale
 
             operator = LinearOperator((size, size), matvec=apply, dtype=float)
-            y, failed = gmres(operator, left, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)
+            y, failed = gmres(operator, left / scale, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)
+            y *= scale
             if failed and len(kept) <= FACTORED:
                 raise StagnationError(
                     f"residual above {ACCURACY:.0e} of the first after {ITERATIONS} iterations"

@@ -85,8 +85,8 @@ class NewtonSystem:
     def interfaces(self) -> Interfaces | Portions:
         """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
         library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
-        several = parted(self.problem, self.elastic, self.body_matrix, library)
-        return Interfaces(self.problem, self.elastic) if several is None else several
+        several = parted(self.problem, self.elastic, self.scale, self.body_matrix, library)
+        return Interfaces(self.problem, self.elastic, self.scale) if several is None else several
 
     @cached_property
     def body_solver(self) -> BodySolver:

@@ -48,7 +48,41 @@ def seams(operator: Operator, interface: IntArray) -> list[IntArray]:
     -------
     For each number k of contacts the n seams that have as many, shape (n, k). A contact is in one at most.
     """
+    return _sets(_grown(*operator.strongest(STRONG[-1]), interface))
+
+
+def together(operator: Operator, interface: IntArray) -> tuple[list[IntArray] | None, list[IntArray]]:
+    """Interfaces that are to be solved for as one where they are in one seam with all of their contacts.
+
+    Parameters
+    ----------
+    operator, interface : As for ``seams``.
+
+    Returns
+    -------
+    All interfaces, or what they are joined to, by their numbers of contacts, and the seams between these;
+    None for the first where none are joined.
+    """
     pairs, coupling = operator.strongest(STRONG[-1])
+    seam = _grown(pairs, coupling, interface)
+    inside = np.flatnonzero(interface >= 0)
+    number, count = interface[inside], int(interface.max(initial=-1)) + 1
+    least, most = np.full(count, len(seam) * len(seam)), np.full(count, -1)
+    np.minimum.at(least, number, seam[inside])
+    np.maximum.at(most, number, seam[inside])
+    whole = np.flatnonzero(least == most)
+    _, of, times = np.unique(most[whole], return_inverse=True, return_counts=True)
+    joined = times[of] > 1
+    if not joined.any():
+        return None, _sets(seam)
+    new = np.arange(count)
+    new[whole[joined]] = count + of[joined]
+    interface = np.where(interface >= 0, new[interface], interface)
+    return _sets(interface, least=1), _sets(_grown(pairs, coupling, interface))
+
+
+def _grown(pairs: IntArray, coupling: FloatArray, interface: IntArray) -> IntArray:
+    """Number of each contact's seam, shape (c,), from pairs (p, 2) that are coupled so strongly, (p,)."""
     sides = interface[pairs]
     apart = (sides[:, 0] != sides[:, 1]) & (sides >= 0).all(axis=1)
     pairs, coupling, c = pairs[apart], coupling[apart], len(interface)
@@ -59,6 +93,11 @@ def seams(operator: Operator, interface: IntArray) -> list[IntArray]:
         grown = connected_components(graph, directed=False)[1]
         narrow = np.bincount(grown, minlength=c)[grown] <= WIDEST
         seam = np.where(narrow, number * c + grown, seam)
-    order = np.argsort(seam, kind="stable")
-    _, first, size = np.unique(seam[order], return_index=True, return_counts=True)
-    return [order[first[size == k][:, None] + np.arange(k)] for k in np.unique(size[size > 1]).tolist()]
+    return seam
+
+
+def _sets(number: IntArray, least: int = 2) -> list[IntArray]:
+    """Contacts with one number, at least so many, sorted by how many they are; negative ones are in none."""
+    order = np.argsort(number, kind="stable")[(number < 0).sum() :]
+    _, first, size = np.unique(number[order], return_index=True, return_counts=True)
+    return [order[first[size == k][:, None] + np.arange(k)] for k in np.unique(size[size >= least]).tolist()]

@@ -9,6 +9,7 @@ from scipy import sparse
 from masonry_fem.host.ranks import Member
 from masonry_fem.nscd.linear import Factorised, Library, factorise
 from masonry_fem.nscd.mumps import petsc
+from masonry_fem.nscd.solvers.elastic_krylov import bodies_of
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import NUMBER, Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import Share
 
@@ -21,9 +22,9 @@ def blocks_at(share: Share) -> tuple[IntArray, IntArray]:
     place = np.append(share.places, -1)
     rows, columns = [share.coupled[0]], [share.coupled[1]]
     for group in share.groups:
-        pair = place[share.bodies[group[:, 0]]]
-        rows.append(np.repeat(pair, 2, axis=1).ravel())
-        columns.append(np.tile(pair, 2).ravel())
+        bodies = place[bodies_of(share.bodies, group)[0]]
+        rows.append(np.repeat(bodies, bodies.shape[1], axis=1).ravel())
+        columns.append(np.tile(bodies, bodies.shape[1]).ravel())
     row, column = np.concatenate(rows), np.concatenate(columns)
     absent = (row < 0) | (column < 0)
     return np.where(absent, -1, row), np.where(absent, -1, column)

@@ -18,7 +18,6 @@ from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
 
 FloatArray = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 def take_share(member: Member, share: Share) -> None:
@@ -45,14 +44,15 @@ def take_step(member: Member, step: Step) -> None:
 
 
 def solve_step(
-    member: Member, share: tuple[FloatArray, FloatArray, Mask]
+    member: Member, share: tuple[FloatArray, FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended.
 
     Parameters
     ----------
     member : The rank.
-    share : Right-hand sides of its contacts (c, d) and bodies (b, m), and contacts that are unknowns, (c,).
+    share : Right-hand sides of its contacts (c, d) and bodies (b, m), and w of contacts that are unknowns,
+        0 of others, (c,).
     """
     solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT].solve(*share)
     return solved
@@ -114,18 +114,20 @@ class Portion:
         return [given for _, given in self._last.eliminated()]
 
     def solve(
-        self, force: FloatArray, balance: FloatArray, unknown: Mask
+        self, force: FloatArray, balance: FloatArray, scale: FloatArray
     ) -> tuple[FloatArray, FloatArray, bool]:
         """As ``solve_step``."""
         library, shape = petsc(), force.shape
         nothing = np.zeros_like(balance)
         x, motion = self._precondition(force, balance)
-        left = np.where(unknown[:, None], force - self._product(x, motion), 0.0)
+        weight = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)[:, None]
+        left = weight * (force - self._product(x, motion))
         moved = motion[: len(balance)].copy()
 
         def apply(y: FloatArray) -> FloatArray:
-            product = self._product(*self._precondition(y.reshape(shape), nothing, refined=False))
-            return np.where(unknown[:, None], product, 0.0).ravel()
+            given = scale[:, None] * y.reshape(shape)
+            product = self._product(*self._precondition(given, nothing, refined=False))
+            return (weight * product).ravel()
 
         size = ((force.size, None),) * 2
         shell = library.Mat().createPython(size, _Shell(apply), comm=self.member.comm)
@@ -140,7 +142,7 @@ class Portion:
         given.array[:] = left.ravel()
         method.solve(given, found)
         ended = int(method.getConvergedReason()) > 0
-        y = found.array.reshape(shape).copy()
+        y = scale[:, None] * found.array.reshape(shape)
         for made in (method, shell, given, found):
             made.destroy()
         more, motion = self._precondition(y, nothing)

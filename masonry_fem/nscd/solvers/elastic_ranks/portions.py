@@ -40,19 +40,19 @@ PARTS = "elastic_ranks' parts"  # name of what the leader keeps: ranks of bodies
 
 
 def parted(
-    problem: ContactProblem, elastic: Mask, body_matrix: BodyMatrix, library: Library
+    problem: ContactProblem, elastic: Mask, scale: FloatArray, body_matrix: BodyMatrix, library: Library
 ) -> Portions | None:
     """A problem in parts, one for each rank; None where one rank is all, or solves it, or nothing parts it.
 
     Parameters
     ----------
-    problem, elastic, body_matrix, library : As for ``Portions``.
+    problem, elastic, scale, body_matrix, library : As for ``Portions``.
     """
     leader = team()
     parts = isinstance(problem.operator, Shared) and problem.body_count > 0
     if not isinstance(leader, Leader) or leader.busy or not parts:
         return None
-    return Portions(problem, elastic, body_matrix, library, leader)
+    return Portions(problem, elastic, scale, body_matrix, library, leader)
 
 
 class Portions:
@@ -62,6 +62,7 @@ class Portions:
     ----------
     problem : Whose operator is ``Shared``.
     elastic : Contacts that have compliance, shape (c,).
+    scale : w of each contact, by which residuals are measured, shape (c,).
     body_matrix : Pattern of the bodies' matrix, and B by contact and side.
     library : By which a rank factorises it.
     team : The ranks.
@@ -71,11 +72,12 @@ class Portions:
         self,
         problem: ContactProblem,
         elastic: Mask,
+        scale: FloatArray,
         body_matrix: BodyMatrix,
         library: Library,
         team: Leader,
     ) -> None:
-        self.problem, self.team = problem, team
+        self.problem, self.scale, self.team = problem, scale, team
         self.library = None if problem.body_count >= TOGETHER else library
         self.part, self.body_order = self._bodies_parted(body_matrix)
         groups = interfaces_by_size(problem, elastic)
@@ -226,11 +228,11 @@ class _Solver:
         size = len(kept) * d
         force = np.zeros_like(problem.free_velocity)
         force[kept] = rhs[:size].reshape(-1, d)
-        unknown = np.zeros(problem.count, dtype=bool)
-        unknown[kept] = True
+        scale = np.zeros(problem.count)
+        scale[kept] = portions.scale[kept]
         balance = rhs[size:].reshape(problem.body_count, -1)
         shares = [
-            (force[own], balance[portions.part == rank], unknown[own])
+            (force[own], balance[portions.part == rank], scale[own])
             for rank, own in enumerate(portions.contacts)
         ]
         results = portions.team.call(solve_step, shares)

@@ -1,16 +1,17 @@
 """masonry_fem: mechanics of block masonry with finite-element stones and true frictional joints.
 
 scene = masonry_fem.load("wall.toml")              # or a masonry_fem.Scene made of dicts, lists and numbers
-result = masonry_fem.run(scene, Path("results"))   # solves it and writes tables, fields and pictures
-result = masonry_fem.resume("results")            # goes on where that ended, with output.checkpoint_steps
+result = masonry_fem.run(scene, "results")         # solves it and writes tables, fields and pictures
+result = masonry_fem.resume("results")             # continues an interrupted run (output.checkpoint_steps)
 result = masonry_fem.solve(scene)                  # solves it and writes nothing
 result.plot("thrust").save("thrust.png")
-for model, state, report in masonry_fem.steps(scene): ...    # makes one step after the other
-made = masonry_fem.study(scene, {"mesh.size": [0.2, 0.1]})   # variants of it: speed against accuracy
-masonry_fem.collapse(scene), masonry_fem.threshold("wall.toml", "joints.0.friction", (0.1, 0.6))
+for model, state, report in masonry_fem.steps(scene): ...    # computes one step after the other
+made = masonry_fem.study(scene, {"mesh.size": [0.2, 0.1]})   # variants of it: cost against accuracy
+masonry_fem.collapse(scene)                                  # the multiplier of the loads at which it falls
+masonry_fem.threshold("wall.toml", "joints.0.friction", (0.1, 0.6))   # the friction at which it falls
 masonry_fem.save(masonry_fem.check(scene), "wall.toml")
 
-Importing this loads nothing heavy: each name is fetched where it is first used.
+Importing masonry_fem loads nothing heavy: each name is imported when it is first used.
 """
 
 from __future__ import annotations

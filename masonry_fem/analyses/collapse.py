@@ -42,13 +42,13 @@ AT_LIMIT = "The loads are at the limit"  # how the message of such a march begin
 
 @dataclass(frozen=True, slots=True)
 class CollapseResult:
-    """What is known of the collapse.
+    """Results of a search for the collapse multiplier.
 
     Attributes
     ----------
-    summary : What ``collapse.json`` holds.
-    mechanism : How the structure moves at the least fall.
-    model, state : At the start of the step that fell, for pictures.
+    summary : What ``collapse.json`` holds, as attributes.
+    mechanism : How the structure moves at the smallest multiplier at which it fell.
+    model, state : Those at the start of the step in which it fell, for pictures.
     """
 
     summary: CollapseTold
@@ -88,23 +88,29 @@ def collapse(
     limit: bool = True,
     tell: Callable[[Trial, float | None, float | None], None] | None = None,
 ) -> CollapseResult:
-    """Find by simulation the multiplier at which a structure falls.
+    """Find by simulation the multiplier of the loads at which a structure falls.
+
+    The multiplier is bracketed by trials: the structure stands at the lower end of the bracket and falls at
+    the upper one. Without ``tilt`` and ``acceleration`` it multiplies the scene's loads other than gravity.
 
     Parameters
     ----------
-    scene : What to try. base : Folder that the paths in it are relative to.
-    tilt : Axis to which the ground is tilted, gravity turned; the multiplier is the angle's tangent.
-    acceleration : Axis along which an acceleration of g grows beside gravity; all loads stay.
-    dead : Patterns of loads that do not grow, where neither is given; gravity never does.
-    tolerance : Width of the bracket over its upper end.
+    scene : What to try.
+    base : Folder that the paths in the scene are relative to.
+    tilt : Axis (``"x"``, ``"-y"``) towards which the ground tilts; the multiplier is the angle's tangent.
+    acceleration : Axis along which an acceleration grows beside gravity; the multiplier is its size over g,
+        and the loads stay as they are.
+    dead : Without the two: patterns of the loads that do not grow, such as ``"points.0"``.
+    tolerance : Width of the bracket over its upper end at which the search ends.
     start : First multiplier; the structure must stand there.
-    guess : Where to look first; None: at the multiplier of limit analysis, if there is one.
-    at_once : Put the whole load on the state at the start in each trial, not on the last that stood.
-    limit : Ask limit analysis too. tell : Is told each trial and the bracket so far.
+    guess : Multiplier to try next; None: that of limit analysis, if there is one.
+    at_once : Whether each trial puts its whole load on the first state, instead of on the last that stood.
+    limit : Whether to run limit analysis too.
+    tell : Called after each trial with the trial and the ends of the bracket so far.
 
     Raises
     ------
-    MasonryError : The scene cannot be built, or nothing in it is so named.
+    MasonryError : The scene cannot be built, or has no load of such a name.
     """
     check_share("tolerance", tolerance)
     base = Path(base)

@@ -53,17 +53,22 @@ class Growth:
 def analyse(
     scene: specs.Scene, base: str | Path = Path(), *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> LimitAnalysis:
-    """Build a scene and ask the three questions of its blocks.
+    """Limit analysis of a scene, its blocks taken as rigid.
+
+    It answers whether the loads can be carried, by which factor they may grow, and between which bounds the
+    support forces lie.
 
     Parameters
     ----------
-    scene : What to analyse. base : Folder that the paths in it are relative to.
-    dead : Patterns of loads that do not grow (``points.0``, ``tractions.*``); gravity never does.
-    tilt : Axis along which an acceleration of g grows, a sign before it turns it; loads are dead then.
+    scene : What to analyse.
+    base : Folder that the paths in the scene are relative to.
+    dead : Patterns of the loads that do not grow (``points.0``, ``tractions.*``); gravity never does.
+    tilt : Axis along which an acceleration grows (``"x"``, ``"-y"``), the multiplier being its size over g;
+        the loads do not grow then.
 
     Raises
     ------
-    MasonryError : The scene cannot be built, a joint has no constant strength, or nothing is so named.
+    MasonryError : The scene cannot be built, a joint has no constant strength, or no load has such a name.
     """
     scene = check(scene, base=base)
     refuse_start(scene, "limit analysis")

@@ -42,13 +42,16 @@ SPARE = 0.95  # of the target: what is aimed at
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """What a refinement leaves.
+    """Results of a refinement; a round is one solution, each on finer elements than the one before.
 
     Attributes
     ----------
-    result : Run of the last round. scene : With the meshes of that round.
-    reached : Whether the estimate is below the target. message : The same as a sentence.
-    rounds : In their order. files : Written.
+    result : Results of the last round.
+    scene : The scene with the meshes of that round.
+    reached : Whether the estimated error is below the target.
+    message : The same as a sentence.
+    rounds : Error, unknowns and CPU time of each round, in order.
+    files : Paths of the files written.
     """
 
     result: RunResult
@@ -70,14 +73,15 @@ def refine(
     quiet: bool = True,
     tell: Callable[[Round], None] | None = None,
 ) -> Refinement:
-    """Solve a scene on finer and finer elements until the error of its stress is estimated at ``target``.
+    """Solve a scene on finer and finer elements until the estimated error of its stress is below ``target``.
 
     Parameters
     ----------
-    scene, out, base, quiet : As for ``run``; ``out`` gets the files of the last round, and ``refined.toml``.
+    scene, out, base, quiet : As for ``run``; ``out`` gets the files of the last round, and ``refined.toml``,
+        the scene with its meshes.
     target : Relative error in the energy norm.
-    most_rounds, most_unknowns : Where to give up.
-    tell : Is told each round.
+    most_rounds, most_unknowns : Limits at which it gives up.
+    tell : Called after each round.
 
     Raises
     ------

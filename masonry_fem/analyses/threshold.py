@@ -47,13 +47,13 @@ NEAR_ZERO = 1e-3  # of the ends' distance, times the tolerance: a bracket that i
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """What is known of a threshold.
+    """Results of a search for a threshold.
 
     Attributes
     ----------
-    summary : What ``threshold.json`` holds.
+    summary : What ``threshold.json`` holds, as attributes.
     fall : How the structure falls there; None: not known.
-    folder : Where what was tried is kept.
+    folder : Folder in which the trials are kept.
     """
 
     summary: ThresholdTold
@@ -89,20 +89,20 @@ def threshold(
     fresh: bool = False,
     tell: Tell | None = None,
 ) -> Threshold:
-    """Find the value of a key at which a scene stands no more.
+    """Find the value of a key, such as a thickness or a friction, beyond which a scene no longer stands.
 
     Parameters
     ----------
-    scene : Path of its file.
+    scene : Path of the scene file.
     key : Dotted key, as overrides take it.
-    between : Two values, at one of which it stands and at the other not.
-    along : Direction of a key that is a vector; values are its size along that.
-    out : Folder of what was tried, where a second search finds it; None: ``results/SCENE-threshold``.
+    between : Two values: the scene stands at one of them and not at the other.
+    along : Direction of a key that is a vector; values are its length along it.
+    out : Folder of the trials, in which a later search finds them; None: ``results/SCENE-threshold``.
     overrides : Texts ``key=value`` for all trials.
-    tolerance : Width of the bracket over the larger of its ends.
-    limit : Ask limit analysis too, first, and look near its answer.
-    fresh : Try again what is already known.
-    tell : Is told each value, its verdict, and the bracket so far.
+    tolerance : Width of the bracket over the larger of its ends at which the search ends.
+    limit : Whether to run limit analysis first, and to look near its answer.
+    fresh : Whether to repeat trials whose results are kept.
+    tell : Called after each trial with the value, its verdict, and the ends of the bracket so far.
 
     Raises
     ------

@@ -1,15 +1,17 @@
-"""Bodies: what blocks owe the solver.
+"""Bodies: the protocols through which the program computes blocks, whatever they are made of.
 
 A *body group* is all blocks of one kind that share their operators (all rigid blocks; all
-elastic blocks of one shape, material and clamping), held as arrays with the block first, so that
-a step runs over groups, never over blocks. Every block moves as a rigid body plus an elastic
+elastic blocks of one shape, material and clamping). Its arrays have the block as first index, so that
+a step loops over groups, never over blocks. Every block moves as a rigid body plus an elastic
 part, M-orthogonal to the rigid modes (split form):
 
     u = Φ U + u_el,        Φᵀ M Φ = I
 
-The march knows groups only by the protocols of this file: what *moves*, what *is loaded*, what *is
-shown*. Who reads a group asks for the one that it needs. What a group can do it says by ``prescribed``,
-``turns`` and ``deforms``; nobody asks what it is.
+Here b is the number of blocks of a group, d = 2 or 3, m the number of rigid velocities U of a block (3 in
+2D, 6 in 3D), n the number of its nodal degrees of freedom, and F_θ = (1−θ) F_i + θ F_{i+1} the load of a
+step from i to i+1. Groups are used through the protocols of this file only, which say how blocks *move*
+(``Moves``), how they are *loaded* (``Loaded``) and how they are *shown* (``Shown``). The flags
+``prescribed``, ``turns`` and ``deforms`` say what a group can do; its type is never asked.
 """
 
 from __future__ import annotations
@@ -35,14 +37,13 @@ State = Any
 
 @dataclass(frozen=True, slots=True)
 class Scheme:
-    """Coefficients of one θ-step.
+    """Coefficients of one time step of the θ-method.
 
     Attributes
     ----------
-    step : h [s]; any number > 0 in statics (it cancels).
-    theta : ½ ≤ θ ≤ 1.
-    inertia : 1 in dynamics, 0 in true statics (M_r = 0, M̂ = h²K, θ = 1, no damping); masses are multiplied
-        by any other (``snapping``).
+    step : Length h of the step [s]; any number > 0 in statics (it cancels).
+    theta : θ, ½ ≤ θ ≤ 1.
+    inertia : Factor of all masses: 1 in dynamics, 0 in statics (M_r = 0, M̂ = h²K, θ = 1, no damping).
     """
 
     step: float
@@ -52,18 +53,18 @@ class Scheme:
 
 @dataclass(frozen=True, slots=True)
 class Sides:
-    """The contact sides that touch the blocks of one group (k of them).
+    """The k contact sides on blocks of one group; each contact has two sides, candidate and antagonist.
 
     Attributes
     ----------
-    contact : Contact each side belongs to, shape (k,).
-    side : 0 candidate, 1 antagonist, shape (k,).
-    body : Block within the group, shape (k,).
+    contact : Contact to which each side belongs, shape (k,).
+    side : 0 for the candidate, 1 for the antagonist, shape (k,).
+    body : Number of the block within the group, shape (k,).
     point : Material point in world coordinates of the reference configuration [m], (k, d).
     facet : Mesh facet that carries the point, −1 where the shape has no mesh, shape (k,).
     frame : Contact frames in the reference configuration, rows (n, t1[, t2]), (k, d, d).
-    means : Of contacts that are means over a part of the interface, the weights of the mesh nodes, shape (k,
-        nodes or more); rows of points are empty. None where all are points.
+    means : Weights of the mesh nodes of contacts that are means over a part of the interface (placement
+        ``weighted``), shape (k, nodes or more); other rows are empty. None: there are no such contacts.
     """
 
     contact: IntArray
@@ -77,18 +78,18 @@ class Sides:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """One group's step without contact impulses, split in rigid and elastic part.
+    """A step of one group without contact impulses, split into a rigid and an elastic part.
 
     Attributes
     ----------
     rigid_velocity : U_0 before the step, shape (b, m).
-    rigid_impulse : f_r = Φᵀ h F_θ (with its damping terms), shape (b, m).
+    rigid_impulse : f_r = Φᵀ h F_θ, with the damping terms, shape (b, m).
     rigid_mass : Diagonal of M_r, shape (b, m).
-    elastic : Elastic free velocity u_el,free at the end of the step, the group's own array
-        (nodal, shape (b, n)); None for groups without elastic part.
-    origin : State from which U − (its velocity) leads on, in whose axes and arms the rigid part is
-        written; None: the one at the start of the step, with velocity 0 in statics.
-    guess : State that nonlinear blocks are linearised at; None: they are elastic from the start on.
+    elastic : Elastic free velocity u_el,free of the nodes at the end of the step, shape (b, n); None for
+        groups without elastic part.
+    origin : State from which U − (its velocity) leads on, and in whose axes and lever arms the rigid part is
+        written; None: the state at the start of the step, with velocity 0 in statics.
+    guess : State at which nonlinear blocks are linearised; None: elastic from the start of the step.
     """
 
     rigid_velocity: FloatArray
@@ -101,7 +102,7 @@ class Free:
 
 @dataclass(frozen=True, slots=True)
 class StepEnergy:
-    """Energy of one step by block, each of shape (b,) [J].
+    """Energies of one step by block, each of shape (b,) [J].
 
     With u_θ = (1−θ)u + θu⁺ and Δq = h u_θ, a linear block's step gives exactly
     Δ(½uᵀMu) + Δ(½qᵀKq) = external + support + heat − damping − numerical − dissipation + (contact work).
@@ -109,14 +110,14 @@ class StepEnergy:
     Attributes
     ----------
     external : F_θ · Δq.
-    support : Work of clamped faces that move.
+    support : Work of moving clamped faces.
     damping : h u_θᵀ C u_θ.
-    numerical : (θ − ½)(Δuᵀ M Δu + Δqᵀ K Δq); with inertia 0 the first term is absent.
-        Of blocks that yield, the same of their stresses.
-    dissipation : Lost as the material yields; 0 of blocks that do not.
-    heat : Work of strains by temperature, −∫ σ : 1 Δe; 0 of blocks that have none.
-    summed : Absolute values of all products that these terms and the stored energies are sums of, summed up:
-        what they are of this size is known to rounding only, whatever cancels.
+    numerical : (θ − ½)(Δuᵀ M Δu + Δqᵀ K Δq), without the first term if inertia is 0; of blocks that yield
+        the corresponding work of their stresses.
+    dissipation : Energy lost as the material yields; 0 for linear blocks.
+    heat : Work of the thermal strains e, −∫ σ : 1 Δe; 0 without temperatures.
+    summed : Sum of the absolute values of all products in these terms and in the stored energies; times the
+        machine precision it bounds their rounding error.
     """
 
     external: FloatArray
@@ -147,15 +148,15 @@ class StressField:
 
 @dataclass(frozen=True, slots=True)
 class StressError:
-    """Estimated error of the stress of all blocks of a group, as squares of energy norms.
+    """Estimated error Δσ of the stress of all blocks of a group, as squared energy norms ∫ Δσ : C⁻¹ : Δσ.
 
-    ∫ (Δσ : C⁻¹ : Δσ) is twice an energy: of the stress itself it is twice the strain energy.
+    The squared norm of the stress itself is twice the strain energy.
 
     Attributes
     ----------
-    squares : e² of each cell [J], shape (b, cells).
-    norm : The same of the stress [J], shape (b,).
-    volume : Of each cell [m³; m² in 2D], shape (cells,).
+    squares : Squared norm of the error in each cell [J], shape (b, cells).
+    norm : Squared norm of the stress [J], shape (b,).
+    volume : Volume of each cell [m³; m² in 2D], shape (cells,).
     """
 
     squares: FloatArray
@@ -165,20 +166,21 @@ class StressError:
 
 @dataclass(frozen=True, slots=True)
 class Actions:
-    """What acts on the blocks of a group beside contacts, where they balance: m is 3 in 2D, 6 in 3D.
+    """What acts on the blocks of a group besides contacts, in the configuration in which they balance.
 
     Each is a force and a moment about the world origin, shape (b, m) [N, N m].
 
     Attributes
     ----------
-    load : Mean of the loads over the step. clamp : What clamped faces give.
-    held : Sizes of the forces that clamps give to nodes, summed up; unlike `clamp` it tells of forces that
-        cancel, and is never less than a small share of what would hold heated blocks, shape (b,) [N].
+    load : Mean of the loads over the step.
+    clamp : Reactions of clamped faces.
+    held : Sum of the magnitudes of the clamps' nodal forces, which unlike ``clamp`` do not cancel; at least a
+        small share of what would hold heated blocks, shape (b,) [N].
     inertia : Change of momentum over the step and mass damping; 0 in statics.
-    centre : Point of each block to take moments about, shape (b, d) [m].
-    displaced : Moments of loads and clamps with the points of blocks that do not turn where these
-        have gone to, shape (b, 1 or 3) [N m].
-    summed : Absolute values of all products that the forces of clamps are sums of, summed up, (b,) [N]; or 0.
+    centre : Point of each block about which to take moments, shape (b, d) [m].
+    displaced : Moments of loads and clamps at the displaced points of blocks that do not turn, shape
+        (b, 1 or 3) [N m].
+    summed : Sum of the absolute values of all products in the forces of clamps, shape (b,) [N]; or 0.
     """
 
     load: FloatArray
@@ -194,83 +196,86 @@ class Attachment(Protocol):
     """A group seen through its contact sides (k of them)."""
 
     def displacements(self, state: State) -> FloatArray:
-        """How far the material points have gone, all digits kept, shape (k, d) [m]."""
+        """Displacements of the material points, exact also if they are small, shape (k, d) [m]."""
         ...
 
     def rotations(self, state: State) -> FloatArray:
-        """How the blocks have turned since the reference configuration, shape (k, d, d)."""
+        """Rotation matrices of the blocks since the reference configuration, shape (k, d, d)."""
         ...
 
     def rigid_map(self, state: State, points: FloatArray, frames: FloatArray) -> FloatArray:
-        """Velocity, in the frames, of the block at ``points`` for unit U, shape (k, d, m); unsigned."""
+        """Velocity in ``frames`` (k, d, d) of the blocks at ``points`` (k, d) for unit U, shape (k, d, m).
+
+        It is unsigned, as all that follows: the sign of the side is not included.
+        """
         ...
 
     # A nodal field turns with its block. The frames of what follows are turned back by as much.
 
     def elastic_velocity(self, elastic: FloatArray, seen: FloatArray) -> FloatArray:
-        """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
+        """Velocity, in the frames ``seen`` (k, d, d), of a nodal field (b, n) at the points, shape (k, d)."""
         ...
 
     def compliance(
         self, scheme: Scheme, seen: FloatArray, guess: State | None = None
     ) -> Sequence[tuple[IntArray, FloatArray]]:
-        """W_el of each block that has sides: (side numbers (s,), matrix (s d, s d)); unsigned, [1/kg].
+        """W_el of each block that has s sides: side numbers (s,) and matrix (s d, s d), unsigned [1/kg].
 
-        ``guess`` is the state that nonlinear blocks are linearised at (the others ignore it); None: they are
-        elastic from the start of the step on.
+        ``guess`` is the state at which nonlinear blocks are linearised (others ignore it); None: they are
+        elastic from the start of the step.
         """
         ...
 
     def kinds(
         self, scheme: Scheme, seen: FloatArray, guess: State | None = None
     ) -> Sequence[tuple[IntArray, FloatArray, FloatArray]]:
-        """The same by kinds of n blocks with s sides each that share a matrix; unsigned, [1/kg].
+        """W_el of kinds: n blocks with s sides each that share a matrix, unsigned [1/kg].
 
-        Side numbers (n, s), what turns velocities from the blocks' axes into the frames, shape (n, s, d, d),
-        and the matrix in these axes, shape (s d, s d).
+        For each kind the side numbers (n, s), the rotations of velocities from the blocks' axes into the
+        frames (n, s, d, d), and the matrix in the blocks' axes (s d, s d).
         """
         ...
 
     def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of blocks with K modes: velocities of unit motions, (k, d, K), unsigned; effective mass, (b, K)."""
+        """For blocks with K modes: velocities of unit motions, (k, d, K), and effective masses, (b, K)."""
         ...
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
-        """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n); None if rigid."""
+        """Nodal impulses Gᵀ p, shape (b, n), of signed side impulses (k, d) in the frames; None if rigid."""
         ...
 
 
 class Moves(Protocol):
-    """What steps and contacts ask of b blocks of one kind; ``m`` rigid velocities each: 3 in 2D, 6 in 3D."""
+    """How the b blocks of a group move, with ``m`` rigid velocities each: 3 in 2D, 6 in 3D."""
 
     kind: str
-    """Name of this kind of body, for reports: the blocks' fidelity, or ``support``."""
+    """Name of this kind of body, for messages: the blocks' fidelity, or ``support``."""
     blocks: IntArray
     """Block numbers in the assembly, shape (b,)."""
     mass: FloatArray
     """Masses [kg], shape (b,)."""
     prescribed: bool
-    """Whether the motion is given, as that of supports: ``Free.rigid_velocity`` is U⁺, and not solved for."""
+    """Whether the motion is given, as for supports: ``Free.rigid_velocity`` is U at the end of the step."""
     turns: bool
-    """Whether equations follow the blocks as these turn: frames, lever arms and loads are those of the place
-    where a block is. Else they stay those of the reference, as small kinematics has it."""
+    """Whether rotations are finite: frames, lever arms and loads follow the block. If not, they stay those of
+    the reference (small displacements)."""
     deforms: bool
     """Whether blocks have an elastic part: nodal velocities, a compliance at contacts, strains."""
     modal: bool
-    """Whether they deform by few modes, by which contacts may see them instead of by their compliance."""
+    """Whether they deform in few modes, which contacts may use instead of a compliance."""
     nonlinear: bool
-    """Whether ``free`` and the compliance depend on a guess of the step's end, so that a step takes rounds.
-    Such groups are ``Nonlinear``, too."""
+    """Whether ``free`` and the compliance depend on a guess of the end of the step, so that a step takes
+    several iterations. Such groups are ``Nonlinear``, too."""
     factorisations: int
     """Matrices factorised so far: one for each scheme, whatever the number of blocks; 0 for rigid ones."""
 
     @property
     def unknowns(self) -> int:
-        """Displacements of all blocks that a step solves for; 0 where the motion is prescribed."""
+        """Number of displacements for which a step solves, of all blocks; 0 if the motion is prescribed."""
         ...
 
     def rest(self) -> State:
-        """The state of reference: undeformed, in place, at rest."""
+        """The reference state: undeformed, in place, at rest."""
         ...
 
     def attach(self, sides: Sides) -> Attachment:
@@ -278,22 +283,22 @@ class Moves(Protocol):
         ...
 
     def motion(self, state: State) -> tuple[FloatArray, FloatArray]:
-        """The rigid motions x = R X + t nearest to what blocks have done, (b, d, d) and (b, d) [m]."""
+        """Rigid motions x = R X + t nearest to those of the blocks: R (b, d, d) and t (b, d) [m]."""
         ...
 
     def free(
         self, state: State, at: State, force: FloatArray, scheme: Scheme, guess: State | None = None
     ) -> Free:
-        """The step without contact.
+        """The step from ``state`` without contact, under the load ``force``, F_θ.
 
-        Nonlinear groups are linearised at ``guess``; None: they are elastic from ``state`` on. ``force`` is
-        F_θ = (1−θ) F_i + θ F_{i+1}. Statics (inertia 0) balances at the end of the step: there blocks that
-        turn take axes and arms of ``at``.
+        Nonlinear groups are linearised at ``guess``; None: they are elastic from ``state`` on. In statics
+        (inertia 0) forces balance at the end of the step: blocks that turn then use the axes and lever
+        arms of ``at``.
         """
         ...
 
     def generalised(self, state: State, force: FloatArray) -> FloatArray:
-        """Work of a force array by unit rigid velocities U where blocks are as in ``state``, shape (b, m)."""
+        """Power of a force array at unit rigid velocities, blocks placed as in ``state``, shape (b, m)."""
         ...
 
     def advance(
@@ -308,7 +313,7 @@ class Moves(Protocol):
         ...
 
     def velocity_parts(self, state: State) -> tuple[FloatArray, FloatArray | None]:
-        """The state's velocity as (U (b, m), u_el (b, n)); None where blocks do not deform."""
+        """Velocities U (b, m) and u_el (b, n) of a state; u_el is None if blocks do not deform."""
         ...
 
     def scale_velocity(self, state: State, factor: float) -> State:
@@ -316,31 +321,32 @@ class Moves(Protocol):
         ...
 
     def going_on(self, state: State, end: State) -> State:
-        """A step's start with velocities and material of its end; the motion of supports stays as given."""
+        """The places of ``state`` with velocities and material of ``end``; supports move as prescribed."""
         ...
 
     def set_down(self, state: State, rows: IntArray, rotation: FloatArray, shift: FloatArray) -> State:
-        """Blocks ``rows`` (k,) at rest at x = R X + t without strain: R (k, d, d), t (k, d) [m].
+        """The state with blocks ``rows`` (k,) at rest and unstrained at x = R X + t.
 
-        X are places in the reference. Supports and blocks with clamped faces stay as they are.
+        X are their points in the reference, R is ``rotation`` (k, d, d), t is ``shift`` (k, d) [m]. Supports
+        and blocks with clamped faces stay as they are.
         """
         ...
 
     def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
-        """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
+        """The state with one block moving at ``velocity`` (d,) [m/s] and ``spin`` (1,) or (3,) [rad/s]."""
         ...
 
 
 class Loaded(Protocol):
-    """What loads do to b blocks, and what a step is judged by: balance and energy, from the two states alone.
+    """How the b blocks of a group are loaded, and the balance and energy of a step from its two states alone.
 
-    Forces are arrays of the group's own kind: nodal (b, n), or for rigid blocks the force and the dyadic of
-    its lever arm (b, d + d²), world axes; they add and scale. Loads are dead, but for what
-    ``following`` turns.
+    Force arrays are the group's own, world axes, and can be added and scaled: nodal forces (b, n), or for
+    rigid blocks the force and its dyadic product with the lever arm (b, d + d²). They keep their directions,
+    except those that ``following`` turns.
     """
 
     def following(self, force: FloatArray, state: State) -> FloatArray:
-        """A force array of the reference with its directions turned as blocks that turn are in ``state``."""
+        """A force array of the reference, turned with the blocks to ``state``."""
         ...
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
@@ -354,8 +360,9 @@ class Loaded(Protocol):
 
         Parameters
         ----------
-        body, face : The block and its face. traction : World axes, shape (d,) [Pa].
-        factor : What it is multiplied by at each point of the reference; None: it is uniform.
+        body, face : Numbers of the block in the group and of its face.
+        traction : Traction in world axes, shape (d,) [Pa].
+        factor : Factor at each point of the reference; None: the traction is uniform.
         """
         ...
 
@@ -364,9 +371,9 @@ class Loaded(Protocol):
         ...
 
     def resultant(self, force: FloatArray, state: State | None = None) -> FloatArray:
-        """Force and moment about the world origin, shape (b, m) [N, N m].
+        """Force and moment of a force array about the world origin, shape (b, m) [N, N m].
 
-        Of blocks that turn where they are in ``state``; None: in the reference.
+        Blocks that turn are placed as in ``state``; None: as in the reference.
         """
         ...
 
@@ -376,36 +383,37 @@ class Loaded(Protocol):
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step [N s], shape (b,).
 
-        ``impulse`` is Bᵀ p (b, m), ``at`` the state in whose arms and axes it is written, as in ``free``:
-        ``after`` itself where the step balances there. Not from the solver's words.
+        ``impulse`` is Bᵀ p (b, m) of the contacts, ``at`` the state in whose axes and lever arms it is
+        written, as in ``free``, and ``after`` the end of the step. It is computed from the states alone,
+        independently of the solver.
         """
         ...
 
     def clamp_reactions(
         self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
     ) -> dict[str, FloatArray]:
-        """Force and moment about the origin that clamped faces give, by ``block/face`` name.
+        """Reactions of clamped faces by ``block/face`` name: force and moment about the origin.
 
-        From the momentum of the clamped nodes over the step, shape (m,) [N, N m]. Empty without clamps.
+        They follow from the momentum of the clamped nodes, shape (m,) [N, N m]; empty without clamps.
         """
         ...
 
     def actions(
         self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
     ) -> Actions:
-        """What acts on the blocks in a step, where they balance.
+        """What acts on the blocks in a step, in the configuration in which they balance.
 
-        Blocks that turn balance where they are at the end of a step of statics and at the start of one of
-        dynamics; others in the reference.
+        For blocks that turn this is the end of the step in statics, its start in dynamics; for others it is
+        the reference.
         """
         ...
 
     def step_energy(
         self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
     ) -> StepEnergy:
-        """Work of F_θ and of moving clamps, what damping and the θ-scheme took (exact for linear blocks).
+        """Work of F_θ and of moving clamps, and losses by damping and by the θ-method.
 
-        ``nodal`` are the contact impulses Gᵀ p (b, n), which clamped nodes may bear, too.
+        ``nodal`` are the contact impulses Gᵀ p (b, n), which may act on clamped nodes, too.
         """
         ...
 
@@ -419,10 +427,11 @@ class Loaded(Protocol):
 
 
 class Shown(Protocol):
-    """Where b blocks are and what is in them, for pictures, tables and measures.
+    """Places, displacements and stresses of the b blocks of a group, for pictures, tables and measures.
 
-    Values at nodes come for all blocks at once, block after block, world axes: v is the number of all nodes
-    (``by_block`` parts them). Nodes are those of the mesh, or the corners of blocks without one.
+    Values at nodes come for all blocks at once, block after block, in world axes: v is the number of nodes of
+    all blocks, and ``by_block`` splits the arrays. Nodes are those of the mesh, or the corners of blocks
+    without one.
     """
 
     blocks: IntArray
@@ -434,27 +443,27 @@ class Shown(Protocol):
         ...
 
     def cells(self, body: int) -> Sequence[Any] | IntArray:
-        """Cells of one block over its nodes: (cells, k) node numbers, or the face loops of a solid."""
+        """Node numbers of the cells of one block, shape (cells, k), or of the faces of a solid."""
         ...
 
     def nodes(self, body: int) -> FloatArray:
-        """Nodes of one block in the reference, shape (n, d) [m]."""
+        """Positions of the nodes of one block in the reference, shape (nodes, d) [m]."""
         ...
 
     def positions(self, state: State) -> FloatArray:
-        """Where the nodes are, shape (v, d) [m]."""
+        """Positions of the nodes, shape (v, d) [m]."""
         ...
 
     def displacements(self, state: State) -> FloatArray:
-        """How far the nodes have gone, shape (v, d) [m]."""
+        """Displacements of the nodes, shape (v, d) [m]."""
         ...
 
     def velocities(self, state: State, place: State | None = None) -> FloatArray:
-        """Velocity of the nodes, shape (v, d) [m/s]; of blocks that turn as if they were in ``place``."""
+        """Velocities of the nodes, shape (v, d) [m/s]; blocks that turn are placed as in ``place``."""
         ...
 
     def displacement(self, state: State, body: int, point: FloatArray) -> FloatArray:
-        """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
+        """Displacement (d,) [m] of the material point at ``point`` (d,) [m] in the reference."""
         ...
 
     def stress(self, state: State) -> StressField | None:
@@ -462,20 +471,20 @@ class Shown(Protocol):
         ...
 
     def material_state(self, state: State) -> Mapping[str, FloatArray]:
-        """What the material remembers, at Gauss points: by name, (b, cells, points); {} where nothing."""
+        """Internal variables at the Gauss points by name, each (b, cells, points); {} if there are none."""
         ...
 
     def stress_error(self, state: State) -> StressError | None:
-        """How exact the stresses are, estimated; None where the group has none (rigid)."""
+        """Estimated error of the stresses; None if the group has none (rigid)."""
         ...
 
 
 class Nonlinear(Protocol):
-    """What a step asks besides of blocks that say they are ``nonlinear``."""
+    """What groups whose ``nonlinear`` is True offer besides, for Newton's iterations of a step."""
 
     @property
     def material_name(self) -> str:
-        """What they are made of, for reports: the law by which they yield."""
+        """Name of the law by which they yield, for messages."""
         ...
 
     @property
@@ -488,61 +497,61 @@ class Nonlinear(Protocol):
         ...
 
     def tangents(self, guess: State | None, scheme: Scheme) -> Mapping[int, object]:
-        """What stands for the tangents of the blocks that are not elastic in a guess, by block.
+        """A token for the tangent of each block that is not elastic in a guess, by block.
 
-        It is the same object as long as tangents stay, and empty where all blocks are elastic.
+        It is the same object as long as the tangent stays the same; empty if all blocks are elastic.
         """
         ...
 
     def keeping(self, guess: State, other: State | None) -> State:
-        """A guess whose tangents are those of another state; the elastic ones where that is None."""
+        """The guess with the tangents of ``other``; None: the elastic ones."""
         ...
 
     def holding(self, guess: State) -> State:
-        """A guess whose tangents are those of damage that stays, or elastic ones."""
+        """The guess with the tangents at constant damage, or the elastic ones."""
         ...
 
     def promoted(self, state: State) -> FloatArray | None:
-        """Time from which each block has not been elastic any more, ∞ while it is, shape (b,) [s].
+        """Time at which each block ceased to be elastic, ∞ while it is, shape (b,) [s].
 
-        None where no block changes from elastic to what it is.
+        None if blocks are not elastic first (fidelity ``auto``).
         """
         ...
 
     def lost_between(self, state: State, after: State) -> FloatArray:
-        """Energy that the material loses on the way from one state to another, shape (b,) [J]."""
+        """Energy dissipated by the material from one state to another, shape (b,) [J]."""
         ...
 
     def joined(self, state: State, after: State, lost: FloatArray | float) -> State:
-        """The end of a step from ``state`` that was reached by several, which lost so much, (b,) [J]."""
+        """The end of a step from ``state`` made in several substeps, which dissipated ``lost`` (b,) [J]."""
         ...
 
     def between(self, state: State, start: State, end: State, share: float, scheme: Scheme) -> State:
-        """The end of a step from ``state``, a ``share`` of the way from one guess of it to another."""
+        """The end of a step from ``state``: ``share`` (0 to 1) of the way from ``start`` to ``end``."""
         ...
 
 
 class BodyGroup(Moves, Loaded, Shown, Protocol):
-    """All that a model's blocks owe: who adds a kind of body writes these."""
+    """All protocols that a kind of body implements, whoever adds one."""
 
     def warmed(self, state: Any) -> FloatArray | None:
-        """Strain by temperature of each block in a state, shape (b,); None where none can have any."""
+        """Thermal strain of each block in a state, shape (b,); None if the scene has no temperatures."""
         ...
 
 
 def by_block(group: Shown, values: FloatArray) -> list[FloatArray]:
-    """Values at all nodes of a group as one array a block.
+    """Values at all nodes of a group, split into one array for each block.
 
     Parameters
     ----------
     group : The blocks.
-    values : As its ``positions`` and fields come, shape (v, ...).
+    values : Values at all nodes, as ``positions`` returns them, shape (v, ...).
     """
     ends = np.cumsum([len(group.nodes(body)) for body in range(len(group.blocks))])
     return np.split(values, ends[:-1])
 
 
 def nonlinear(group: Moves) -> Nonlinear:
-    """A group that says it is nonlinear, with what it then has."""
+    """The group as a ``Nonlinear`` one, whose flag ``nonlinear`` must be True."""
     assert group.nonlinear
     return cast("Nonlinear", group)

@@ -203,6 +203,7 @@ def parser() -> Parser:
     for command in COMMANDS:
         command.add(commands, shared)
     for own, command in zip(commands.choices.values(), COMMANDS, strict=True):
-        own.description = str(command.__doc__).partition(": ")[2].partition("\n")[0].capitalize()
+        said = str(command.__doc__).partition(": ")[2].partition("\n")[0]
+        own.description = said[:1].upper() + said[1:]
         own.epilog = epilog(command.EXAMPLES, WORDS)
     return top

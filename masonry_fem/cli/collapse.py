@@ -59,21 +59,35 @@ def add(commands: Commands, parents: Parents) -> None:
         "--tilt", metavar="AXIS", help="tilt the ground towards x or y (--tilt=-x: the other way)"
     )
     own.add_argument(
-        "--acceleration", metavar="AXIS", help="grow an acceleration of g along x or y, gravity stays"
+        "--acceleration",
+        metavar="AXIS",
+        help="grow an acceleration along x or y, in units of g, beside gravity",
     )
     own.add_argument(
         "--dead", action="append", default=[], metavar="LOAD",
-        help="a load that does not grow, where neither is given (may be repeated); gravity never does",
+        help="a load that does not grow, if neither is given (may be repeated); gravity never does",
     )  # fmt: skip
     own.add_argument(
-        "--tolerance", type=float, default=1e-2, metavar="T", help="relative width of the bracket (0.01)"
+        "--tolerance",
+        type=float,
+        default=1e-2,
+        metavar="T",
+        help="relative width of the bracket (default: 0.01)",
     )
-    own.add_argument("--start", type=float, default=0.0, metavar="M", help="first multiplier (0)")
+    own.add_argument(
+        "--start",
+        type=float,
+        default=0.0,
+        metavar="M",
+        help="first multiplier, at which it must stand (default: 0)",
+    )
     own.add_argument(
         "--at-once", action="store_true",
         help="put the whole load on the first state in each trial, instead of on the last that stood",
     )  # fmt: skip
-    own.add_argument("--no-limit", action="store_true", help="leave limit analysis out where to look")
+    own.add_argument(
+        "--no-limit", action="store_true", help="do not start at the multiplier of limit analysis"
+    )
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
     own.add_argument("--json", action="store_true", help="print everything as JSON")
     own.set_defaults(command=collapse_scene)

@@ -1,4 +1,4 @@
-"""Command ``compile``: compile for this processor what scenes would otherwise wait for."""
+"""Command ``compile``: compile the program's loops for this processor, so that the first run need not."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations

@@ -33,13 +33,21 @@ THRESHOLD_CODES = {
 }
 EXIT_CODES = {"equilibrium": 0, "finished": 0, "no_convergence": 2, "no_equilibrium": 3}
 WORDS = (
-    "Exit codes: 0 equilibrium or finished (collapse, threshold: bracketed; limit: the loads can be "
-    "carried), 1 bad input, or a file that cannot be read or written, 2 no convergence (collapse: undecided; "
-    "threshold: undecided, or it stands at both ends; --refine-to: not reached; study: no cell solved, "
-    "no run decided), 3 no equilibrium (collapse: falls at the start; threshold: falls at both ends), "
-    "129, 130, 143 ended by SIGHUP, Ctrl-C, SIGTERM, with what was written so far readable, "
-    "141 the reader of the output closed it."
-)
+    ("0", "equilibrium or finished (collapse, threshold: bracketed; limit: the loads can be carried)"),
+    ("1", "bad input, or a file that cannot be read or written"),
+    (
+        "2",
+        "no convergence (collapse: undecided; threshold: undecided, or it stands at both ends; --refine-to: "
+        "not reached; study: no run solved or decided)",
+    ),
+    (
+        "3",
+        "no equilibrium (collapse: falls at the first multiplier; threshold: falls at both ends; limit: the "
+        "loads cannot be carried)",
+    ),
+    ("129, 130, 143", "ended by SIGHUP, Ctrl-C, SIGTERM; files written so far can be read"),
+    ("141", "the program that read the output has ended"),
+)  # exit codes
 
 NARROW = 72  # columns: narrower tables would cut off figures
 PLAIN = {

@@ -1,4 +1,4 @@
-"""Command ``contact``: solve a saved contact problem."""
+"""Command ``contact``: solve a contact problem from a file, and print the result as JSON."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -70,14 +70,18 @@ def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser("contact", parents=[parents.common], help="solve a saved contact problem")
     own.add_argument("file", type=Path, metavar="FILE.npz", help="contact problem")
-    own.add_argument("--solver", default="auto", metavar="NAME", help="a solver.method (default: auto)")
-    own.add_argument("--tol", type=float, metavar="T", help="tolerance on the natural map")
-    own.add_argument("--relaxation", type=float, metavar="W", help="of solver nsgs, between 0 and 2")
-    own.add_argument("--threads", type=int, metavar="N", help="of solver nsgs, colour by colour")
+    own.add_argument(
+        "--solver", default="auto", metavar="NAME", help="a value of solver.method (default: auto)"
+    )
+    own.add_argument("--tol", type=float, metavar="T", help="relative tolerance")
+    own.add_argument(
+        "--relaxation", type=float, metavar="W", help="relaxation of solver nsgs, between 0 and 2"
+    )
+    own.add_argument("--threads", type=int, metavar="N", help="threads of solver nsgs")
     own.add_argument("--reaction", type=Path, metavar="OUT.npy", help="write the impulses there")
     own.add_argument(
         "--least-norm", action="store_true",
-        help="of all impulses that solve the problem take those of least norm, and tell which are unique",
+        help="take the solution of least norm, and say which impulses are the same in all solutions",
     )  # fmt: skip
     own.set_defaults(command=solve_contact)
 

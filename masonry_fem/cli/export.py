@@ -38,5 +38,5 @@ def add(commands: Commands, parents: Parents) -> None:
         help=".json (COMPAS, with contact forces), .xdmf (all steps), .vtm (blocks by name, for ParaView), "
         ".csv (a line a block), .glb (glTF)",
     )  # fmt: skip
-    own.add_argument("--step", type=int, help="recorded step, counted from 1; default: the last")
+    own.add_argument("--step", type=int, help="recorded step, counted from 1 (default: the last)")
     own.set_defaults(command=export_results)

@@ -50,18 +50,19 @@ class Parents:
     scene: Parser
 
 
-def epilog(examples: Sequence[tuple[str, str]], words: str) -> str:
+def epilog(examples: Sequence[tuple[str, str]], codes: Sequence[tuple[str, str]]) -> str:
     """What stands below the options of a command.
 
     Parameters
     ----------
     examples : What each one does, and what is typed.
-    words : A paragraph below them.
+    codes : Exit codes and their meanings.
     """
     # as wide as argparse writes its own lines
-    paragraph = textwrap.fill(words, max(shutil.get_terminal_size().columns - 2, NARROWEST))
+    width = max(shutil.get_terminal_size().columns - 2, NARROWEST)
     shown = [f"  # {what}\n  {line}" for what, line in examples]
-    return "\n".join([*(["Examples:", *shown, ""] if shown else []), paragraph])
+    ends = [textwrap.fill(f"  {code}  {what}", width, subsequent_indent="    ") for code, what in codes]
+    return "\n".join([*(["Examples:", *shown, ""] if shown else []), "Exit codes:", *ends])
 
 
 def parents() -> Parents:
@@ -77,7 +78,7 @@ def parents() -> Parents:
     common.add_argument(
         "--no-color",
         action="store_true",
-        help="no colours, as with the environment variable NO_COLOR; pipes have none",
+        help="no colours, as with the environment variable NO_COLOR; pipes never have any",
     )
     scene = Parser(add_help=False)
     scene.add_argument("scene", type=Path, metavar="SCENE.toml", help="scene file")
@@ -87,11 +88,11 @@ def parents() -> Parents:
     )  # fmt: skip
     scene.add_argument(
         "--trust", action="store_true",
-        help="run the files of the scene that are programs (.geo, .py): you have read them",
+        help="run files of the scene that are programs (.geo, .py), if you have read them",
     )  # fmt: skip
     scene.add_argument(
         "--yes", action="store_true",
-        help="build the scene however many blocks and elements it asks for, and whatever memory a run needs",
+        help="build the scene even if it exceeds the limits on blocks, elements and memory",
     )  # fmt: skip
     return Parents(common, scene)
 

@@ -1,4 +1,4 @@
-"""Command ``limit``: limit analysis."""
+"""Command ``limit``: decide by limit analysis whether loads can be carried, and how far they may grow."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ def add(commands: Commands, parents: Parents) -> None:
     )
     own.add_argument(
         "--dead", action="append", default=[], metavar="LOAD",
-        help="a load that does not grow, as points.0 or tractions.* (may be repeated); gravity never does",
+        help="a load that does not grow, such as points.0 or tractions.* (may be repeated); gravity never",
     )  # fmt: skip
     own.add_argument(
         "--tilt",
         metavar="AXIS",
-        help="grow an acceleration of g along x or y (--tilt=-x: against x); loads are dead",
+        help="grow an acceleration along x or y, in units of g (--tilt=-x: against x); loads do not grow",
     )
     own.add_argument("--json", action="store_true", help="print everything as JSON")
     own.set_defaults(command=limit_scene)

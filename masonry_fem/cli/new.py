@@ -39,6 +39,8 @@ def add(commands: Commands, parents: Parents) -> None:
     own = commands.add_parser(
         "new", parents=[parents.common], help="write a commented scene file to begin with"
     )
-    own.add_argument("kind", metavar="KIND", help="of structure: wall, arch, dome, ...")
-    own.add_argument("file", type=Path, metavar="FILE.toml", nargs="?", help="default: KIND.toml")
+    own.add_argument("kind", metavar="KIND", help="kind of structure: wall, arch, dome, ...")
+    own.add_argument(
+        "file", type=Path, metavar="FILE.toml", nargs="?", help="file to write (default: KIND.toml)"
+    )
     own.set_defaults(command=new_scene)

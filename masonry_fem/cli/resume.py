@@ -1,4 +1,4 @@
-"""Command ``resume``: go on with a run where it ended, was ended, or was killed."""
+"""Command ``resume``: continue a run that was interrupted, or make more steps of one that has ended."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ def resume_run(options: argparse.Namespace) -> int:
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
-        "resume", parents=[parents.common], help="continue a run that was ended, or make more steps of it"
+        "resume",
+        parents=[parents.common],
+        help="continue a run that was interrupted, or make more steps of it",
     )
     own.add_argument(
         "out", type=Path, metavar="DIR", help="results folder of a run with output.checkpoint_steps"
@@ -47,7 +49,7 @@ def add(commands: Commands, parents: Parents) -> None:
     )  # fmt: skip
     own.add_argument(
         "--trust", action="store_true",
-        help="run the files of the scene that are programs (.geo, .py): you have read them",
+        help="run files of the scene that are programs (.geo, .py), if you have read them",
     )  # fmt: skip
-    own.add_argument("--yes", action="store_true", help="whatever memory the run needs")
+    own.add_argument("--yes", action="store_true", help="run whatever memory it needs")
     own.set_defaults(command=resume_run)

@@ -88,6 +88,6 @@ def add(commands: Commands, parents: Parents) -> None:
     )
     own.add_argument(
         "--refine-to", metavar="ERROR",
-        help="finer elements where the stress is least exact, until its estimated error is that (5%%)",
+        help="refine elements until the estimated relative error of the stress is below this, such as 5%%",
     )  # fmt: skip
     own.set_defaults(command=run_scene)

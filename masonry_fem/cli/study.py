@@ -1,4 +1,4 @@
-"""Command ``study``: a scene with many settings, their cost and their error; or under many records."""
+"""Command ``study``: run a scene with many settings (cost and error of each) or under many earthquakes."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def add(commands: Commands, parents: Parents) -> None:
     own = commands.add_parser(
         "study",
         parents=[parents.scene, parents.common],
-        help="run a scene with many settings: cost and error of each; or under many records: fragility",
+        help="run a scene with many settings (cost, error) or under many earthquakes (fragility)",
     )
     own.add_argument(
         "--vary", action="append", default=[], metavar="KEY=VALUE,VALUE",
@@ -129,7 +129,7 @@ def add(commands: Commands, parents: Parents) -> None:
     )  # fmt: skip
     own.add_argument(
         "--reference", action="append", default=[], metavar="WHAT",
-        help="what to compare with: settings of a cell, a results folder, a file of numbers, or numbers as "
+        help="what to compare with: settings of a run, a results folder, a file of numbers, or numbers as "
         "probes.top.z=-1.77e-6 (default: the finest cell)",
     )  # fmt: skip
     own.add_argument(
@@ -140,7 +140,7 @@ def add(commands: Commands, parents: Parents) -> None:
         "--peak", action="append", default=[], metavar="NAME",
         help="record and compare the greatest size over the steps of supports.NAME.x, probes.NAME, time ...",
     )  # fmt: skip
-    own.add_argument("--accuracy", default="1%", metavar="A", help="wanted error (1%%)")
+    own.add_argument("--accuracy", default="1%", metavar="A", help="wanted relative error (default: 1%%)")
     own.add_argument(
         "--records", nargs="+", default=[], metavar="FILE",
         help="incremental dynamic analysis in place of settings: accelerograms (.AT2, .csv), or .txt files "
@@ -162,11 +162,13 @@ def add(commands: Commands, parents: Parents) -> None:
         help="a limit besides falling: lean=0.1, probes.top.peak=0.05 (rad, m; may be repeated)",
     )  # fmt: skip
     own.add_argument(
-        "--demand", default="lean", metavar="NAME", help="what is drawn against intensity (lean)"
+        "--demand", default="lean", metavar="NAME", help="what is drawn against intensity (default: lean)"
     )
-    own.add_argument("--workers", type=int, metavar="N", help="cells at a time (as cores and memory allow)")
-    own.add_argument("--time-limit", type=float, metavar="S", help="CPU seconds a cell may take")
-    own.add_argument("--fresh", action="store_true", help="compute cells again although results are stored")
+    own.add_argument(
+        "--workers", type=int, metavar="N", help="runs at the same time (default: as cores and memory allow)"
+    )
+    own.add_argument("--time-limit", type=float, metavar="S", help="CPU seconds that a run may take")
+    own.add_argument("--fresh", action="store_true", help="repeat runs whose results are stored")
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE-study)")
     own.add_argument("--json", action="store_true", help="print everything as JSON")
     own.set_defaults(command=study_scene)

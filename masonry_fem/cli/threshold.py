@@ -61,16 +61,20 @@ def add(commands: Commands, parents: Parents) -> None:
     own.add_argument("key", metavar="KEY", help="dotted key, as --set takes it: structures.arch.thickness")
     own.add_argument(
         "--between", nargs=2, required=True, metavar=("A", "B"),
-        help="two values: at one it stands, at the other not ('5 cm' '20 cm')",
+        help="two values: the scene stands at one and falls at the other ('5 cm' '20 cm')",
     )  # fmt: skip
     own.add_argument(
         "--along", nargs="+", type=float, metavar="X",
-        help="direction of a key that is a vector (1 1 0); values are its size along that",
+        help="direction of a key that is a vector (1 1 0); A and B are its lengths",
     )  # fmt: skip
     own.add_argument(
-        "--tolerance", type=float, default=1e-2, metavar="T", help="relative width of the bracket (0.01)"
+        "--tolerance",
+        type=float,
+        default=1e-2,
+        metavar="T",
+        help="relative width of the bracket (default: 0.01)",
     )
-    own.add_argument("--no-limit", action="store_true", help="leave limit analysis out")
+    own.add_argument("--no-limit", action="store_true", help="do not start at the answer of limit analysis")
     own.add_argument("--fresh", action="store_true", help="repeat trials whose results are stored")
     own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE-threshold)")
     own.add_argument("--json", action="store_true", help="print everything as JSON")

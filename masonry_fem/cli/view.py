@@ -36,7 +36,9 @@ def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser("view", parents=[parents.common], help="show the results in a folder")
     own.add_argument("folder", type=Path, metavar="DIR", help="results folder of a run")
-    own.add_argument("--png", action="store_true", help="write pictures there instead of opening a window")
+    own.add_argument(
+        "--png", action="store_true", help="write pictures to the folder instead of opening a window"
+    )
     own.add_argument("--movie", type=Path, metavar="FILE", help="write a movie, .mp4 or .gif")
     own.add_argument(
         "--movie-of", choices=("steps", "growth", "mechanism"),
@@ -44,15 +46,15 @@ def add(commands: Commands, parents: Parents) -> None:
     )  # fmt: skip
     own.add_argument("--gltf", type=Path, metavar="FILE.glb", help="write a model for Blender and browsers")
     own.add_argument("--browser", action="store_true", help="show it in the browser instead of a window")
-    own.add_argument("--port", type=int, default=0, help="of the browser's page; default: a free one")
-    own.add_argument("--step", type=int, help="recorded step, counted from 1; default: the last")
+    own.add_argument("--port", type=int, default=0, help="port of the browser's page (default: a free one)")
+    own.add_argument("--step", type=int, help="recorded step, counted from 1 (default: the last)")
     own.add_argument("--field", help="what is coloured, such as von_mises, utilisation, displacement")
-    own.add_argument("--amplification", type=float, metavar="FACTOR", help="of displacements")
+    own.add_argument("--amplification", type=float, metavar="FACTOR", help="factor of displacements")
     own.add_argument(
-        "--section", metavar="AXIS=METRES", help="cut away what is before a plane, such as y=0.25"
+        "--section", metavar="AXIS=METRES", help="cut away what is in front of a plane, such as y=0.25"
     )
     own.add_argument(
         "--apart", type=float, default=0.0, metavar="SHARE",
-        help="pull stones apart, so that their joints are seen: their distances from the middle grow by this",
+        help="pull stones apart to show their joints: distances from the middle grow by this share",
     )  # fmt: skip
     own.set_defaults(command=view_results)

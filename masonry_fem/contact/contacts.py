@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Common part of two blocks' faces.
+    """Common part of the faces of two blocks; its two sides are called candidate and antagonist.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Interface:
         assembly, except that a support, or a face that carries a tilted one, is the antagonist.
     faces : Their polytope faces.
     normal : Unit normal from the antagonist to the candidate, shape (d,).
-    polygon : Intersection of the two faces projected on the common plane, counter-clockwise about
+    polygon : Intersection of the two faces projected onto the common plane, counter-clockwise about
         the normal (two end points in 2D), shape (k, d) [m]; one point, or two in 3D, where a
         corner or an edge stands on a face (area 0).
     gap : Signed distance of the two faces at the polygon's corners, > 0 open, shape (k,) [m].
@@ -52,7 +52,7 @@ class Interface:
 class Contacts:
     """c contact points in the reference configuration, world coordinates.
 
-    A contact that is a mean over a part of the interface stands at the mean of its points.
+    A *mean* contact (placement ``weighted``) stands for a part of the interface, at the mean of its points.
 
     Attributes
     ----------
@@ -67,13 +67,13 @@ class Contacts:
     gap : Signed distance [m], shape (c,).
     area : Tributary area [m²; m in 2D]; sums to the interface's area, shape (c,).
     key : Identity that persists between steps and runs, shape (c,).
-    means : Of contacts that are means, the weights of the mesh nodes of each side, rows 2 i + side, shape
-        (2c, nodes of the largest mesh); rows of points are empty. None where all are points.
-    bulge : By how much nearer round faces are at contacts that are means than their facets: what the points
-        differ by along the normal, less ``gap``, shape (c,) [m]. None where it is nought. Of a tie less
-        than 0 by its length without force.
-    ties : Which of them are ties: their normals lead from the candidate's point to the antagonist's, wherever
-        these go, shape (c,). None where none is.
+    means : Weights of the mesh nodes on each side of mean contacts, rows 2 i + side, shape (2c, nodes of the
+        largest mesh); other rows are empty. None: there are no mean contacts.
+    bulge : By how much nearer two round faces are than their flat facets, at mean contacts: the distance of
+        the points along the normal, less ``gap``, shape (c,) [m]; None: 0. Of a tie it is minus its length
+        without force.
+    ties : True for contacts that are ties, whose normals always lead from the candidate's point to the
+        antagonist's, shape (c,); None: there are none.
     """
 
     blocks: IntArray

@@ -49,18 +49,19 @@ def detect(
     tell: bool = True,
     corners: bool = False,
 ) -> tuple[Interface, ...]:
-    """Common parts of the blocks' faces.
+    """Find the interfaces of an assembly: the common parts of the faces of two blocks.
 
     Parameters
     ----------
     assembly : Blocks in their reference poses.
-    reach : Largest gap that still is a contact [m]; by default 1e-3 of the blocks' typical size.
-    overlap : Largest overlap that still is one [m]; by default as large as the gap.
-    angle : Largest angle between two faces that touch [degrees].
-    support_pairs : Whether two blocks that both are supports may touch.
-    surfaces : Those of the assembly's shapes, where they are known (``surfaces_of``).
+    reach : Largest gap of faces in contact [m]; None: 1e-3 of the typical size of a block.
+    overlap : Largest overlap of faces in contact [m]; None: as large as ``reach``.
+    angle : Largest angle between faces in contact [degrees].
+    support_pairs : Whether two supports can be in contact.
+    surfaces : Surfaces of the assembly's shapes (``masonry_fem.contact.surface.surfaces_of``); None: they are
+        computed.
     tell : Whether to warn of slivers.
-    corners : Whether to look at blocks that are not convex for corners that come nearer than their faces.
+    corners : Whether to check corners of blocks that are not convex, which may be nearer than their faces.
 
     Returns
     -------
@@ -71,7 +72,7 @@ def detect(
     Raises
     ------
     GeometryError
-        When ``reach`` is negative or ``angle`` is not between 0 and 90 degrees.
+        ``reach`` is negative, or ``angle`` is not between 0 and 90 degrees.
     """
     _check_limits(reach, angle)
     if len(assembly.blocks) < 2:

@@ -38,25 +38,26 @@ def place(
     surfaces: tuple[Surface, ...] | None = None,
     tell: bool = False,
 ) -> Contacts:
-    """Contact points on interfaces.
+    """Place contact points on interfaces.
 
-    If the rule ``nodes`` finds the finer mesh on the antagonist, then the contacts of that interface have
-    candidate and antagonist, and so the direction of the normal, exchanged.
+    The rule ``nodes`` puts them on the side of the finer mesh. If that is the antagonist, candidate and
+    antagonist of these contacts, and so the direction of the normal, are exchanged.
 
     Parameters
     ----------
     assembly : Blocks in their reference poses.
     interfaces : Where they touch, from ``detect``.
     rules : A placement rule for each interface.
-    surfaces : The surfaces of the assembly's shapes, if they are known (``surfaces_of``).
-    tell : Warn of round faces whose facets do not coincide.
+    surfaces : Surfaces of the assembly's shapes (``masonry_fem.contact.surface.surfaces_of``); None: they are
+        computed.
+    tell : Whether to warn of round faces whose facets do not coincide.
 
     Raises
     ------
     GeometryError
-        For an unknown rule, an inset or density out of range, or ``nodes`` where no side is meshed.
+        A rule is unknown, an inset or density is out of range, or no side is meshed where ``nodes`` is asked.
     ExtensionError
-        For a rule of a user's own that gives no ``Spots``, arrays of other shapes, or another area.
+        A user's rule returns no ``Spots``, arrays of the wrong shapes, or a wrong total area.
     """
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
     placed = _placed(assembly, surfaces, interfaces, rules)

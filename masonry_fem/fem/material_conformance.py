@@ -30,17 +30,21 @@ def violations(
     size: float = 0.05,
     seed: int = 0,
 ) -> list[str]:
-    """What the law does that no material does, a sentence each; empty where nothing was found.
+    """Check a material law at random strains; one sentence for each rule that it violates.
 
     Parameters
     ----------
     law : The law, with its parameters.
-    strain : Size of the strains; choose it so that the material yields at some points and not at all.
-    young, poisson : Of the stone, [Pa] and none. size : Of its elements [m]. seed : Of the strains.
+    strain : Size of the strains; choose it such that the material yields at some of the points, but not at
+        all of them.
+    young : Young's modulus of the stone [Pa].
+    poisson : Poisson's ratio of the stone.
+    size : Size of its elements [m].
+    seed : Seed of the random strains.
 
     Raises
     ------
-    LawError : Where the law refuses the stone or the elements.
+    LawError : The law cannot be used with these moduli or elements.
     """
     elastic, width = Isotropic.of(young, poisson), np.full(POINTS, size)
     law.refuse(elastic, width)

@@ -33,7 +33,7 @@ SHEARS: FloatArray = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # a : b = Σ SHEA
 
 @dataclass(frozen=True, slots=True)
 class Isotropic:
-    """Linear elasticity.
+    """Isotropic linear elasticity.
 
     Attributes
     ----------
@@ -60,30 +60,30 @@ class Isotropic:
 
     @property
     def matrix(self) -> FloatArray:
-        """Stress of a strain, shape (6, 6) [Pa]."""
+        """Matrix by which a strain is multiplied to give its stress, shape (6, 6) [Pa]."""
         matrix: FloatArray = self.bulk * np.outer(UNIT, UNIT) + 2 * self.shear * DEVIATOR
         return matrix
 
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What a material does in a step, at q points; k is the law's number of internal variables.
+    """What a material law returns for a step, at q points; k is its number of internal variables.
 
-    Its work is accounted for without a rest: stress · (strain − start) = change of ``stored`` +
-    ``dissipation`` + ``excess``.
+    The work of the step is fully accounted for: stress · (strain − start) = change of ``stored`` +
+    ``dissipation`` + ``excess``, where the stress is that of the end and the strains are those of ``update``.
 
     Attributes
     ----------
-    stress : At the end, shape (q, 6) [Pa].
-    tangent : Its derivative by the strain, consistent with the step, shape (q, 6, 6) [Pa].
-    internal : Trial internal variables, shape (q, k).
-    stored : Energy density that the material can give back, shape (q,) [J/m³].
+    stress : Stress at the end, shape (q, 6) [Pa].
+    tangent : Derivative of this stress with respect to the strain at the end, shape (q, 6, 6) [Pa].
+    internal : Internal variables at the end, shape (q, k).
+    stored : Density of the stored energy at the end, shape (q,) [J/m³].
     dissipation : Energy density lost in the step, ≥ 0, shape (q,) [J/m³].
-    excess : What the stress of the end works more than that, as it is reached only there: of second order in
-        the step, > 0 where stress grows, shape (q,) [J/m³].
-    changed : Points whose tangent is not the elastic one, shape (q,).
-    held : The derivative where damage stays as it is at the end, which has no slope downwards, shape
-        (q, 6, 6) [Pa]; None: the law has none.
+    excess : What remains, since the work is that of the stress at the end, which is reached only there: of
+        second order in the step, > 0 where stress grows, shape (q,) [J/m³].
+    changed : True at points whose tangent is not the elastic one, shape (q,).
+    held : Tangent with the damage kept as it is at the end, which has no negative slope, shape (q, 6, 6)
+        [Pa]; None: the law has no damage.
     """
 
     stress: FloatArray
@@ -97,9 +97,11 @@ class Response:
 
 
 class MaterialLaw(ABC):
-    """What every material law can do.
+    """Base class of the laws by which stones yield or crack.
 
-    A law is its parameters: the fields of a dataclass, whose annotations say unit and range.
+    The fields of a law, a dataclass, are its parameters; their annotations give unit and range. Stresses and
+    strains have the components (xx, yy, zz, xy, yz, xz), tension is positive, and the shear strains are the
+    angles γ = 2 ε_xy, so that stress · strain is work. q is the number of points.
     """
 
     __slots__ = ()
@@ -113,7 +115,7 @@ class MaterialLaw(ABC):
 
     @property
     def softens(self) -> bool:
-        """Whether it loses strength as it is strained further; a message on missing balance depends on it."""
+        """Whether it loses strength as it is strained further; messages depend on it."""
         return False
 
     def initial(self, count: int) -> FloatArray:
@@ -121,11 +123,12 @@ class MaterialLaw(ABC):
         return np.zeros((count, self.variables))
 
     def refuse(self, elastic: Isotropic, size: FloatArray) -> None:  # noqa: B027 - most laws refuse nothing
-        """Raise LawError where the law does not go with its stone or its elements.
+        """Raise LawError if the law cannot be used with these moduli or elements.
 
         Parameters
         ----------
-        elastic : Of the intact material. size : Of the elements at q points, shape (q,) [m].
+        elastic : Moduli of the intact material.
+        size : Sizes of the elements as in ``update``, shape (q,) [m].
         """
 
     @abstractmethod
@@ -137,29 +140,29 @@ class MaterialLaw(ABC):
         committed: FloatArray,
         size: FloatArray,
     ) -> Response:
-        """The material after a step.
+        """Stress, tangent and internal variables at the end of a step.
 
         Parameters
         ----------
-        elastic : Of the intact material.
+        elastic : Moduli of the intact material.
         start, strain : Strains at the start and the end of the step, shape (q, 6).
-        committed : Internal variables at the start, shape (q, k); they are left as they are.
-        size : Width of the band that strains localise in where the law softens: that of the element, or of
-            its half if it is quadratic, shape (q,) [m].
+        committed : Internal variables at the start, shape (q, k); not to be changed.
+        size : Width of the band in which strains localise if the law softens: the size of the element, or
+            half of it if the element is quadratic, shape (q,) [m].
         """
 
     def yields(self, elastic: Isotropic, strain: FloatArray, size: FloatArray) -> BoolArray:
-        """Whether fresh material that is strained from rest does not stay elastic, shape (q,).
+        """Where fresh material does not stay elastic when it is strained from 0 to ``strain``, shape (q,).
 
         Parameters
         ----------
-        elastic : Of the intact material.
-        strain : At q points, shape (q, 6).
-        size : Of the elements, as in ``update``, shape (q,) [m].
+        elastic : Moduli of the intact material.
+        strain : Strains, shape (q, 6).
+        size : Sizes of the elements as in ``update``, shape (q,) [m].
         """
         count = len(strain)
         return self.update(elastic, np.zeros_like(strain), strain, self.initial(count), size).changed
 
     @abstractmethod
     def measures(self, internal: FloatArray) -> Mapping[str, FloatArray]:
-        """What fields and tables show of the internal variables (q, k): by name, shape (q,)."""
+        """Quantities for fields and tables, by name, shape (q,), from the internal variables (q, k)."""

@@ -40,7 +40,7 @@ OPERATIONS: Mapping[str, Any] = {
 
 
 class StrainEnergy(MaterialLaw):
-    """A material that gives back all energy; its stress need not be linear in the strain."""
+    """Base class of nonlinear elastic laws, given by their energy: no energy is lost."""
 
     __slots__ = ()
 
@@ -48,11 +48,11 @@ class StrainEnergy(MaterialLaw):
 
     @abstractmethod
     def energy(self, strain: Any, elastic: Isotropic) -> Any:
-        """Energy density [J/m³], a scalar of UFL; at small strains that of linear elasticity.
+        """Energy density [J/m³] as a scalar UFL expression; at small strains that of linear elasticity.
 
         Parameters
         ----------
-        strain : The strain, a symmetric tensor of UFL, shape (3, 3).
+        strain : The strain, a symmetric UFL tensor of shape (3, 3).
         elastic : Moduli of the stone at small strains.
         """
 

@@ -1,9 +1,9 @@
-"""Fidelities: as what stones are computed, one file each: rigid, reduced, elastic, inelastic.
+"""Fidelities: how stones are modelled, one file for each way: rigid, reduced, elastic, inelastic.
 
-    fidelity("elastic").groups(given)
+    fidelity("elastic").groups(given)       # the bodies of all stones of this fidelity
 
-A file has one class derived from ``Fidelity``; ``fidelities()`` finds it, nothing else lists it. What it
-needs beyond NumPy it imports when it makes bodies: scenes that do not ask for it never load it.
+A file has one class derived from ``Fidelity``; ``fidelities()`` finds it, and there is no other list. A
+file imports what it needs beyond NumPy when it makes bodies, so that other scenes never load it.
 """
 
 from __future__ import annotations
@@ -27,18 +27,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """The stones of one fidelity, and what the scene says of them.
+    """What a fidelity makes its bodies from: its stones, and what the scene says of them.
 
     Attributes
     ----------
     assembly : Blocks and shapes; shapes of stones that deform are meshed.
-    materials : Of each block, by its number, ascending: these stones and no others.
-    clamps : Held faces of blocks that deform, by block.
-    plane : What 2D means. lumped : Diagonal instead of consistent mass.
-    turns : Whether equations are to follow stones that turn; else they are those of the reference.
-    law : Makes the law by which the stone of a material yields, of those that have one.
-    warming : Strains by temperature, each with its factor in time, by block; of blocks that deform only.
-    before : Groups that the same fidelity made of the same scene with other meshes, to use again what fits.
+    materials : Material of each block of this fidelity, by block number, ascending.
+    clamps : Held faces, by block; only of blocks that deform.
+    plane : Plane strain or plane stress; None in 3D.
+    lumped : Whether the mass matrix is diagonal instead of consistent.
+    turns : Whether rotations are finite; if not, equations are those of the undeformed structure.
+    law : Makes the inelastic law of a material that has one.
+    before : Groups of this fidelity from the same scene with other meshes; parts that fit are used again.
+    warming : Thermal strains, each with its factor as a function of time, by block that deforms.
     """
 
     assembly: Assembly
@@ -53,14 +54,14 @@ class Given:
 
 
 class Fidelity:
-    """As what stones are computed.
+    """Base class of fidelities, the ways in which stones are modelled.
 
     Attributes
     ----------
-    name : What scene files call it, and ``kind`` of its groups.
-    rank : Place among the others, the coarsest first; a study goes from coarse to fine.
-    deforms : Whether stones are meshed, need Young's modulus, and may be held by single faces.
-    yields : Whether their materials need an ``inelastic`` law.
+    name : Its name in scene files, and ``kind`` of its groups.
+    rank : Its place in the order from coarse to fine, in which a study runs them.
+    deforms : Whether its stones are meshed, need Young's modulus, and can be held by single faces.
+    yields : Whether its materials need an ``inelastic`` law.
     """
 
     name: ClassVar[str | None] = None
@@ -70,15 +71,15 @@ class Fidelity:
 
     @classmethod
     def skin(cls, material: Material) -> float:
-        """Thickness of the layer of themselves that stones have in series with their joints.
+        """Thickness of an elastic layer in series with the joints, in widths of the common face.
 
-        It stands for what their own motions leave out near a contact, in widths of the common face.
+        It stands for the deformation near a contact that the stones' own modes of deformation leave out.
         """
         return 0.0
 
     @classmethod
     def load(cls) -> None:
-        """Import what ``groups`` needs; an InstallationError says what is missing."""
+        """Import what ``groups`` needs; raise InstallationError if a library is missing."""
 
     @classmethod
     @abstractmethod
@@ -95,16 +96,16 @@ def fidelities() -> Mapping[str, type[Fidelity]]:
 
 
 def names() -> list[str]:
-    """What scene files may say."""
+    """Names of all fidelities in scene files, in alphabetical order."""
     return sorted(fidelities())
 
 
 def fidelity(name: str) -> type[Fidelity]:
-    """The fidelity of a name.
+    """The fidelity with a name.
 
     Raises
     ------
-    SceneError : There is none of this name.
+    SceneError : There is none with this name.
     """
     if name not in fidelities():
         expected = ", ".join(map(repr, names()))
@@ -113,5 +114,5 @@ def fidelity(name: str) -> type[Fidelity]:
 
 
 def deforms(name: str | None) -> bool:
-    """Whether stones of a fidelity deform; None is that of supports, which do not."""
+    """Whether stones of a fidelity deform; None stands for supports, which do not."""
     return name is not None and fidelity(name).deforms

@@ -38,11 +38,12 @@ ROUNDING = 1e-9  # of two reactions whose difference would be a pressure
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a law holds.
+    """The joint that a law is made for.
 
     Attributes
     ----------
-    key : Where it stands in the scene. laplacian : Makes −Δ among its contact points, shape (c, c) [1/m²].
+    key : Key of the law in the scene, for messages.
+    laplacian : Makes the matrix of −Δ over the joint's contact points, shape (c, c) [1/m²].
     """
 
     key: str
@@ -50,11 +51,12 @@ class Place:
 
 
 class Pull(Protocol):
-    """What a law offers that bears tension between two points, not contact of faces: its k contacts are ties.
+    """What a law of ties offers: it bears tension between two points, not contact of faces. k ties.
 
     Attributes
     ----------
-    length : Without force, shape (k,) [m]. strength : Stress at which it begins to yield, shape (k,) [Pa].
+    length : Length without force, shape (k,) [m].
+    strength : Stress at which it begins to yield, shape (k,) [Pa].
     """
 
     @property
@@ -86,7 +88,14 @@ class Pull(Protocol):
 
 
 class Law(ABC):
-    """What every joint law can do. c contact points, d = 2 or 3."""
+    """Base class of joint laws, whose fields are the parameters of the law.
+
+    It relates the force at a contact point to the *jump*, the displacement of the candidate relative to the
+    antagonist since the faces were bonded. Vectors are in the local frames, component 0 normal; c is the
+    number of contact points, d = 2 or 3. The *physical* reaction is r = r̃ − r_adh: the contact solver gives
+    r̃, which obeys contact and Coulomb friction, the law the cohesive reaction r_adh. Reactions are positive
+    in compression.
+    """
 
     __slots__ = ()
 
@@ -102,33 +111,42 @@ class Law(ABC):
 
     @property
     def pull(self) -> Pull | None:
-        """What it is as a law of ties; None where it is one of faces."""
+        """The law as one of ties; None: it is a law of faces."""
         return None
 
     @classmethod
     def made(cls, told: Mapping[str, Any], drawn: Mapping[str, Any], place: Place) -> Self:
-        """The law of a joint: ``told`` is what the scene says, ``drawn`` the same where values scatter."""
+        """The law of a joint.
+
+        Parameters
+        ----------
+        told : Parameters as the scene gives them.
+        drawn : The same, with an array where a parameter scatters from joint to joint.
+        place : The joint.
+        """
         return cls(**drawn)
 
     def initial(self, count: int, dimension: int) -> JointState:
-        """State of fresh joints."""
+        """State of ``count`` contact points of new joints in ``dimension`` dimensions."""
         return JointState.intact(count, dimension, self.memory)
 
     def rebound(self, count: int) -> FloatArray | None:
-        """Newton's coefficients of restitution, normal and tangential, shape (c, 2).
+        """Newton's coefficients of restitution, normal and tangential, shape (count, 2).
 
-        Contact is then written in velocities, for impacts. None: in gaps, which close and stay closed.
+        Contact is then an impact law in velocities. None: contact is a condition on gaps, without rebound.
         """
         return None
 
     @abstractmethod
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
-        """The law as the contact solver sees it, with the adhesion of ``state``.
+        """The law linearised for the contact solver, with the adhesion of ``state``.
 
         Parameters
         ----------
-        state : Trial state. jump : Jump at the start of the step [m], shape (c, d).
-        area : Tributary areas [m²], shape (c,). step : h [s].
+        state : Trial state.
+        jump : Jump at the start of the step [m], shape (c, d).
+        area : Tributary areas [m²], shape (c,).
+        step : Length h of the step [s].
         """
 
     @abstractmethod
@@ -146,24 +164,26 @@ class Law(ABC):
 
         Parameters
         ----------
-        state : Committed state. trial : The one that the contact was solved with; what broke in it
-            stays broken. jump : Jump at the start of the step [m], shape (c, d).
+        state : Committed state, at the start of the step.
+        trial : The state with which the contact was solved; what broke in it stays broken.
+        jump : Jump at the start of the step [m], shape (c, d).
         reaction : Physical reaction r = r̃ − r_adh [N], shape (c, d).
         velocity : Relative velocity at the end, without gap term [m/s], shape (c, d).
-        area : Tributary areas [m²], shape (c,). step : h [s].
+        area : Tributary areas [m²], shape (c,).
+        step : Length h of the step [s].
         """
 
     @abstractmethod
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        """Cohesive reaction r_adh at the state's own jump [N], shape (c, d)."""
+        """Cohesive reaction r_adh at the jump that ``state`` holds [N], shape (c, d)."""
 
     def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        """The part of r_adh that grows with the jump [N], shape (c, d): all of it but for rigid laws."""
+        """The part of r_adh that grows with the jump [N], shape (c, d); of rigid laws there is none."""
         return self.adhesive_reaction(state, area)
 
     @abstractmethod
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
-        """Energy that the joint can give back [J], shape (c,)."""
+        """Elastic energy stored in the joint [J], shape (c,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

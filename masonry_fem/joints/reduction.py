@@ -26,7 +26,9 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """Affine cohesion of c contact points, local frames, component 0 normal.
+    """A law linearised for the contact solver: cohesion affine in the velocity v_c at c contact points.
+
+    Vectors are in the local frames, component 0 normal.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class JointState:
-    """State of c contact points in d dimensions.
+    """What joints remember of their past: the state of c contact points in d dimensions.
 
     Attributes
     ----------

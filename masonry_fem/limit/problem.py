@@ -51,21 +51,25 @@ class Hold:
 
 @dataclass(frozen=True, slots=True)
 class LimitProblem:
-    """b free blocks of m velocities each, c contact points, h holds.
+    """A problem of limit analysis: b free blocks of m velocities each, c contact points, h holds.
+
+    m is 3 in 2D and 6 in 3D. Forces and lengths are relative to ``force`` and ``length``.
 
     Attributes
     ----------
-    model : What it was made of.
+    model : The model that it was made of.
     blocks : Numbers of the free blocks, shape (b,).
-    centre : Points that their moments are taken about, shape (b, d) [m].
-    points : Contact points, shape (c, d) [m]. frame : Their frames, shape (c, d, d).
+    centre : Points about which their moments are taken, shape (b, d) [m].
+    points : Contact points, shape (c, d) [m].
+    frame : Their local frames, rows (n, t1[, t2]), shape (c, d, d).
     active : False where a contact point stands open, shape (c,).
     equilibrium : Forces on the free blocks, the moments over ``length``, of unit contact forces
         (component by component in the local frames) and unit holds, shape (b m, c d + h).
-    dead, live : Loads that stay and that grow, over ``force``, shape (b m,).
-    strength : What the contact points bear, over ``force``.
+    dead, live : Loads that stay and loads that grow, over ``force``, shape (b m,).
+    strength : Strengths of the contact points, over ``force``.
     holds : Points of free blocks that are held.
-    force : Unit of forces [N]. length : Unit of lengths [m].
+    force : Unit of forces [N].
+    length : Unit of lengths [m].
     """
 
     model: Model
@@ -105,15 +109,15 @@ def limit_problem(
     bodies: Sequence[Any] | None = None,
     holds: Sequence[Hold] = (),
 ) -> LimitProblem:
-    """The limit problem of a model.
+    """The problem of limit analysis of a model, for ``admissible``, ``collapse_multiplier`` and ``interval``.
 
     Parameters
     ----------
-    model : Blocks and contacts.
-    dead, live : Force arrays by body group (None: no force), of loads that stay and that grow;
-        ``group_forces`` makes them from a model's loads.
-    bodies : States of the groups; None: at rest in the reference.
-    holds : Points of free blocks that are held.
+    model : Blocks and contacts, such as ``result.built.model``.
+    dead, live : Loads that stay and loads that grow, as one force array for each body group (None: no load);
+        ``masonry_fem.limit.group_forces`` makes them from a model's loads.
+    bodies : States of the groups; None: the undeformed structure.
+    holds : Points of free blocks that are held along an axis.
 
     Raises
     ------

@@ -45,12 +45,12 @@ class Admissible:
 
     Attributes
     ----------
-    holds : True where reactions within the joints' strength balance the loads.
-    share : Of the loads that can be carried, 0 to 1; without cohesion or holds it is 0 or 1.
-    reaction : Such contact forces, local frames, shape (c, d) [N]; those of the share where it is below 1.
-    unbalanced : What they leave of the share, relative to the largest load.
-    mechanism : Motion by which the loads come down where they cannot be carried; None where they can.
-    closing : How far that motion closes joints, relative: its error as a proof.
+    holds : True if contact forces within the joints' strength balance the loads.
+    share : Share of the loads that can be carried, 0 to 1; without cohesion or holds it is 0 or 1.
+    reaction : Such contact forces, local frames, shape (c, d) [N]; below a share of 1 those of the share.
+    unbalanced : Imbalance that they leave, relative to the largest load.
+    mechanism : Motion in which the loads come down if they cannot be carried; None if they can.
+    closing : How far that motion makes blocks penetrate, relative: its error as a proof.
     """
 
     holds: bool
@@ -63,16 +63,17 @@ class Admissible:
 
 @dataclass(frozen=True, slots=True)
 class Collapse:
-    """How far the live load may grow.
+    """Answer of ``collapse_multiplier``.
 
     Attributes
     ----------
     multiplier : Greatest factor of the live load that can be carried; inf: any; nan: none, not even 0.
     least : Smallest such factor ≥ 0; above 0 where the dead load needs the live one; nan: there is none.
     reaction : Contact forces at the multiplier, shape (c, d) [N].
-    mechanism : Motion of the collapse; None where the multiplier is not finite.
+    mechanism : Motion of the collapse; None if the multiplier is not finite.
     unbalanced, closing : Errors of reactions and mechanism, as for ``Admissible``.
-    gap : Difference of the multipliers that reactions and mechanism prove, relative.
+    gap : Relative difference between the lower bound, proved by the reactions, and the upper bound, proved by
+        the mechanism.
     """
 
     multiplier: float
@@ -86,7 +87,7 @@ class Collapse:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Least and greatest value of a resultant in all states that carry the loads.
+    """Smallest and largest value of a resultant over all contact forces that carry the loads.
 
     Attributes
     ----------
@@ -115,8 +116,8 @@ def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
 
     Parameters
     ----------
-    problem : Blocks, contact points and loads.
-    factor : Of the live load.
+    problem : Blocks, contact points and loads, from ``limit_problem``.
+    factor : Factor of the live load.
 
     Raises
     ------
@@ -138,11 +139,11 @@ def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
 
 
 def collapse_multiplier(problem: LimitProblem) -> Collapse:
-    """How far the live load may grow beside the dead one; it needs a live load.
+    """The largest factor of the live load that can be carried together with the dead load.
 
     Raises
     ------
-    ProblemError : No load grows, or the answer's own proof does not hold.
+    ProblemError : No load grows, or the answer is not accurate enough.
     """
     dead, live, nothing = problem.dead, problem.live, np.zeros_like(problem.points)
     if not live.any():
@@ -175,16 +176,17 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
 def interval(
     problem: LimitProblem, resultant: FloatArray, factor: float = 0.0, carried: bool | None = None
 ) -> Interval:
-    """Smallest and largest value of a resultant under the dead and ``factor`` times the live load.
+    """Smallest and largest value of a resultant under the dead load and ``factor`` times the live load.
 
-    An end that is not accurate is returned with its error, since the other intervals remain useful.
+    An end that is not accurate is returned with its error, not refused.
 
     Parameters
     ----------
-    problem : Blocks, contact points and loads.
-    resultant : Coefficient of each contact force component and each hold, shape (c d + h,).
-    factor : Of the live load.
-    carried : Whether the loads can be carried, if the caller knows.
+    problem : Blocks, contact points and loads, from ``limit_problem``.
+    resultant : Coefficient of each contact force component and each hold, shape (c d + h,), such as from
+        ``support_resultant``.
+    factor : Factor of the live load.
+    carried : Whether the loads can be carried; None: it is found out.
     """
     if not (admissible(problem, factor).holds if carried is None else carried):
         return Interval(np.nan, np.nan, np.nan)
@@ -224,13 +226,13 @@ def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tup
 
 
 def support_resultant(problem: LimitProblem, block: int, axis: int) -> FloatArray:
-    """Coefficients of the force that a support exerts along a world axis, shape (c d + h,).
+    """Coefficients of the force that a support exerts along a world axis, shape (c d + h,), for ``interval``.
 
     Parameters
     ----------
     problem : Blocks and contact points.
     block : Number of the support.
-    axis : 0 for x.
+    axis : 0 for x, 1 for y, 2 for z.
     """
     blocks = problem.model.contacts.blocks
     sign = np.where(blocks[:, 0] == block, -1.0, 0.0) + np.where(blocks[:, 1] == block, 1.0, 0.0)
@@ -240,11 +242,13 @@ def support_resultant(problem: LimitProblem, block: int, axis: int) -> FloatArra
 def interface_resultant(problem: LimitProblem, interface: int, axis: int) -> FloatArray:
     """Coefficients of the force on the candidate of an interface along a world axis, shape (c d + h,).
 
+    The candidate is the first of ``Interface.blocks``.
+
     Parameters
     ----------
     problem : Blocks and contact points.
     interface : Number of the interface.
-    axis : 0 for x.
+    axis : 0 for x, 1 for y, 2 for z.
     """
     model = problem.model
     own = model.contacts.interface == interface
@@ -259,8 +263,8 @@ def hold_resultant(problem: LimitProblem, name: str, axis: int) -> FloatArray:
     Parameters
     ----------
     problem : Blocks and contact points.
-    name : Of the support that holds them.
-    axis : 0 for x.
+    name : Name of the support that holds the faces.
+    axis : 0 for x, 1 for y, 2 for z.
     """
     resultant = np.zeros(problem.equilibrium.shape[1])
     for number, hold in enumerate(problem.holds, start=problem.points.size):

@@ -88,13 +88,13 @@ def seen_by(observers: Sequence[Observer | Seeing]) -> tuple[Observer, ...]:
 
 
 class StepMade(NamedTuple):
-    """A step of a march.
+    """One step of an analysis; unpack it as ``model, state, report``.
 
     Attributes
     ----------
-    model : The structure, with the contacts that the step was made with.
-    state : What it reached: motion of the blocks, forces, gaps and status of the contacts.
-    report : What it did: energies, probes, supports, errors.
+    model : The structure, with the contacts of this step.
+    state : State at the end: motion of the blocks, forces, gaps and status of the contacts.
+    report : Energies, probes, support forces and errors of the step.
     """
 
     model: Model

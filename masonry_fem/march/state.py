@@ -36,15 +36,15 @@ class TrendState:
 
 @dataclass(frozen=True, slots=True)
 class SystemState:
-    """Bodies and contacts at ``time``.
+    """State of a structure at ``time``: motion of the bodies, forces and gaps at the c contacts.
 
     Attributes
     ----------
     time : Time [s] (load factor in statics).
     index : Number of steps made.
-    bodies : One state a body group, in the model's order.
-    reaction : Force on the candidates, local frame (n, t1[, t2]), mean over the last step [N], (c, d).
-    velocity : Relative velocity at the end of the last step, local frame [m/s], (c, d).
+    bodies : One state for each body group, in the model's order.
+    reaction : Force on the candidate, local frame (n, t1[, t2]), mean over the last step [N], shape (c, d).
+    velocity : Relative velocity at the end of the last step, local frame [m/s], shape (c, d).
     gap : Signed distance [m], shape (c,).
     status : OPEN, STICK, SLIP or BONDED, shape (c,).
     frame : Current contact frames, shape (c, d, d).

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class StepReport:
-    """One step of the march.
+    """Numbers of one step; forces and moments are in world axes, moments about the origin.
 
     Attributes
     ----------

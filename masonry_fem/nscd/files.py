@@ -36,8 +36,8 @@ def save_problem(
     Parameters
     ----------
     problem : The contact problem.
-    path : Where to.
-    more : Further arrays for the file, by name.
+    path : The file.
+    more : Further arrays to write, by name.
 
     Raises
     ------
@@ -76,11 +76,11 @@ def plain_arrays(problem: ContactProblem) -> dict[str, Any]:
 
 
 def load_problem(path: str | Path) -> ContactProblem:
-    """Read a problem in the own or in the plain format.
+    """Read a contact problem from an .npz file, as ``save_problem`` writes it or in the plain format.
 
     Raises
     ------
-    ProblemError : No such file, not an .npz, or neither format.
+    ProblemError : There is no such file, it is no .npz file, or it has neither format.
     """
     try:
         with np.load(path, allow_pickle=False) as file:

@@ -104,20 +104,22 @@ def _more_effort(outcome: Outcome, settings: SolverSettings) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Answer to a contact problem of c contacts, with its accuracy.
+    """Solution of a contact problem of c contacts, with its accuracy.
 
     Attributes
     ----------
     impulse : p in the contact frames, component 0 normal [N s], shape (c, d).
-    velocity : v, with the problem's gap term [m/s], shape (c, d).
+    velocity : v, including the problem's gap term [m/s], shape (c, d).
     rigid_velocity : U of the rigid bodies, shape (b, m).
     outcome : How the iteration ended.
-    quality : Error measures, made from the problem and (p, U) alone.
-    rounding : What rounding alone may make of each; None where the tolerance was met.
-    iterations : Sweeps or Newton steps. linear_solves : Factorised linear systems.
+    quality : Error measures, computed from the problem and (p, U) alone.
+    iterations : Number of sweeps or Newton steps.
+    linear_solves : Number of linear systems solved.
     seconds : CPU time [s].
-    method : Name of the method that ended it ("nsgs+newton" where it was switched).
-    history : Iterations made, ``Quality.error`` and CPU seconds at each test, shape (k, 3).
+    method : Methods used, in order: "nsgs+newton" if it switched from one to the other.
+    history : Iterations made, ``Quality.error`` and CPU seconds at each check, shape (k, 3).
+    rounding : Size of each error measure that rounding alone may cause; None: not needed, as the tolerance
+        was met.
     """
 
     impulse: FloatArray

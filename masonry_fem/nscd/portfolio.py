@@ -58,21 +58,21 @@ SHARP_STEPS = 6
 def solve(
     problem: ContactProblem, settings: SolverSettings | None = None, start: Start | None = None
 ) -> Solution:
-    """Impulses and velocities of a contact problem.
+    """Solve a contact problem for its impulses and velocities.
 
     Parameters
     ----------
     problem : What to solve.
-    settings : How, and how well; default: "auto" to 1e-10.
-    start : First guess; default: zero for sweeps, all contacts closed and sticking for Newton.
+    settings : Method and tolerance; None: method "auto", tolerance 1e-10.
+    start : First guess; None: zero for the sweeps of "nsgs", all contacts closed and sticking for Newton.
 
     Returns
     -------
-    The best state found. Not converging is in its ``outcome``, never an exception.
+    The best solution found. Whether it converged is said by its ``outcome``, never by an exception.
 
     Raises
     ------
-    ProblemError : A start of another shape, or sweeps asked for without inertia.
+    ProblemError : ``start`` has the wrong shape, or "nsgs" is asked for without inertia.
     """
     settings = SolverSettings() if settings is None else settings
     _check_start(problem, start)

@@ -37,40 +37,40 @@ COHESION = ("cohesion_offset", "cohesion_stiffness")
 
 @dataclass(frozen=True, slots=True)
 class ContactProblem:
-    """One step's contact problem. c contacts, d = 2 or 3, b rigid bodies of m velocities each.
+    """The contact problem of one step: c contacts, d = 2 or 3, b rigid bodies of m velocities each.
 
-    m is 3 in 2D and 6 in 3D, and more where bodies have modes of deformation, too (``modal``).
+    m is 3 in 2D and 6 in 3D, and more if bodies also have modes of deformation. Unknowns are the impulses p
+    and the relative velocities v at the contacts in their local frames, component 0 normal, and the rigid
+    velocities U; see the [theory](theory.md).
 
     Attributes
     ----------
     friction : Coulomb coefficients μ, shape (c,).
-    free_velocity : Velocity without impulses and without rigid motion q: elastic free velocity,
-        prescribed motion of supports and the gap term on the normal component [m/s], (c, d).
-    compliance : Elastic part W_el of the Delassus operator [1/kg], block-sparse with (d, d)
-        blocks, shape (c d, c d); stored symmetric (public problems may be slightly unsymmetric); or by what
-        stones of one kind share.
-        No stored blocks where all bodies are rigid.
+    free_velocity : Relative velocity without impulses and without rigid motion: elastic free velocity,
+        prescribed motion of supports, and the gap term on the normal component [m/s], shape (c, d).
+    compliance : Elastic part W_el of the Delassus operator, the velocity that impulses cause [1/kg], shape
+        (c d, c d), block-sparse with (d, d) blocks and symmetric (problems from elsewhere may be slightly
+        unsymmetric), or a ``Shared`` that stores it once for equal stones. Empty if all bodies are rigid.
     bodies : Rigid bodies on the two sides of each contact (candidate, antagonist), −1 where that
         side has no rigid freedom, shape (c, 2).
-    rigid_map : B by contact and side, in the contact's frame, signs included, so that
-        v = Σ_s rigid_map[:, s] @ U[bodies[:, s]], shape (c, 2, d, m).
-    rigid_mass : Diagonal of M_r (1 in dynamics with mass-orthonormal modes, 0 in statics), (b, m).
+    rigid_map : Matrices B of the two sides of each contact, in its frame, signs included, so that rigid
+        motion contributes Σ_s rigid_map[:, s] @ U[bodies[:, s]] to v, shape (c, 2, d, m).
+    rigid_mass : Diagonal of M_r (1 in dynamics with mass-orthonormal modes, 0 in statics), shape (b, m).
     rigid_impulse : f_r, impulse of the loads on the rigid modes, shape (b, m).
     rigid_velocity : U_0, rigid velocities before the step, shape (b, m).
-    cohesion_offset : Part a of p_adh that no velocity changes [N s], shape (c, d); None: none. Its normal
-        component is positive where the joint pulls its sides together.
-    cohesion_stiffness : Derivative S of p_adh by the velocity [kg], shape (c, d, d); None: none. Its
-        symmetric part should not be negative: softening is for the law to iterate on.
-    structure : What solvers keep for further problems of these contacts; None: nothing. No part of the
-        problem: it is neither compared nor written.
+    cohesion_offset : Part of the cohesive impulse p_adh that is independent of the velocity [N s], shape
+        (c, d), normal component positive where the joint pulls its sides together; None: no cohesion.
+    cohesion_stiffness : Derivative S of p_adh with respect to the velocity [kg], shape (c, d, d), with a
+        positive semidefinite symmetric part (laws that soften iterate instead); None: 0.
+    structure : What solvers keep for further problems with the same contacts; neither compared nor written.
 
     Raises
     ------
-    ProblemError : Shapes that do not fit, numbers that are not finite, negative friction or mass.
+    ProblemError : Shapes do not fit, numbers are not finite, or a friction or mass is negative.
 
     Notes
     -----
-    Cohesion that is zero everywhere becomes None: such a problem is dry, bit for bit.
+    Cohesion that is zero everywhere becomes None, so that such a problem is solved exactly as a dry one.
     """
 
     friction: FloatArray

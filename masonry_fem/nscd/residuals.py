@@ -41,9 +41,8 @@ class Quality:
 
     Notes
     -----
-    Nothing is taken off these measures; ``rounding`` tells what rounding alone makes of each. Without any
-    impulse the first two are the largest penetration relative to the largest velocity: a load-free problem
-    is judged by its velocities, free of units too.
+    Nothing is subtracted from these measures; ``rounding`` gives what rounding alone may make of each.
+    Without any impulse the first two are the largest penetration relative to the largest velocity.
     """
 
     natural_map: float
@@ -81,16 +80,16 @@ def assess(
     scale: FloatArray | None = None,
     least_impulse: float = 0.0,
 ) -> Quality:
-    """Error measures of a candidate solution.
+    """Error measures of a candidate solution, computed from it and the problem alone.
 
     Parameters
     ----------
-    problem : What it is to solve.
-    impulse : p, shape (c, d) [N s].
-    rigid_velocity : U, shape (b, m).
-    scale : ``contact_scale(problem)`` where the caller keeps it, shape (c,) [1/kg].
-    least_impulse : Stands for ‖p‖ where that is less [N s]: where a load vanishes, what is left of p is
-        rounding of what it was.
+    problem : The contact problem.
+    impulse : Impulses p, shape (c, d) [N s].
+    rigid_velocity : Rigid velocities U, shape (b, m).
+    scale : Scale w of each contact, shape (c,) [1/kg]; None: ``contact_scale(problem)``.
+    least_impulse : Impulse to which errors are relative if ‖p‖ is smaller [N s], as after a load has gone,
+        when only rounding is left of p.
     """
     from masonry_fem.nscd.contact_measures import measured  # noqa: PLC0415 - Numba is slow to import
 

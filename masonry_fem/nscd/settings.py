@@ -22,26 +22,25 @@ ACCEPTABLE = 1e-6  # error up to which a state that misses it, and that nothing 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolverSettings:
-    """How a contact problem is solved, and how well.
+    """Method, tolerance and limits with which a contact problem is solved.
 
     Attributes
     ----------
-    method : A file of ``methods`` such as "newton", or "auto": those that suit the
-        problem, in turns.
+    method : Name of a file of ``nscd/methods`` such as "newton", or "auto": methods that suit the problem are
+        tried in turn.
     tolerance : Bound on ``Quality.error``, unit-free.
-    acceptable : Error up to which a state is an answer, too, that nothing improves, be it for rounding or
-        because no method comes nearer (outcome INEXACT); the tolerance then is a target. 0: none is, except
-        of rigid blocks where rounding alone makes as much.
-    max_iterations : Sweeps or Newton steps; None: the method's own limit.
+    acceptable : Larger error that is accepted, with outcome INEXACT, if no method gets below the tolerance.
+        0: none is accepted, except of rigid blocks if rounding alone may cause it.
+    max_iterations : Largest number of sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
         Only a run that is cut short by it can differ from the next one.
-    least_impulse : What errors are measured by where all impulses are smaller [N s]. A march gives
-        the one whose errors, at the tolerance, are the rounding of its largest impulses.
+    least_impulse : Impulse to which errors are relative if all impulses are smaller [N s]. An analysis of
+        many steps sets it such that the tolerance is not below the rounding of its largest impulses.
     relaxation : ω of "nsgs", between 0 and 2: how far a contact goes towards its own solution.
-    linear : How linear systems are solved: "direct" by a factor, "krylov" by iterations (a factor where they
-        fail), "auto" by what is expected to cost less.
-    threads : Of "nsgs": at most so many share the contacts that have no body in common. Any number gives
-        the same bits. None: one, in a shuffled order, so other bits.
+    threads : Of "nsgs": largest number of threads. Results do not depend on it, except that None, one thread
+        that visits the contacts in a shuffled order, gives slightly different ones.
+    linear : How linear systems are solved: "direct" by factorisation, "krylov" by iterations (and by
+        factorisation if they fail), "auto" by whichever is expected to cost less.
     """
 
     method: str = "auto"

@@ -63,28 +63,29 @@ class Request:
 
 
 class Recorder(Protocol):
-    """One output; one with a method ``end(march, determinacy)`` is told how the march ended.
+    """One output: it is called at the start, after each step and at the end, and writes its files.
 
-    One with a method ``finish()`` is asked for its files once all others are written, the summary, too.
-    One that remembers steps has ``saved()``, texts and numbers for a checkpoint, and ``go_on(model, saved)``,
-    which takes the place of ``start`` where a run goes on from there.
+    Further methods are optional. ``end(march, determinacy)`` is called after the last step with the outcome.
+    ``finish()`` returns the files that are written after all others, including the summary. An output that
+    remembers steps has ``saved()``, which returns texts and numbers for a checkpoint, and
+    ``go_on(model, saved)``, which is called instead of ``start`` if a run continues from one.
     """
 
     dense: bool
-    """True: wants every step, whatever the thinning (a history, a progress bar)."""
+    """Whether it is called after every step (a history), or only every ``output.every`` steps."""
 
     def start(self, model: Model) -> None:
         """Called once before the first step."""
         ...
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Called after a step; the state never changes later, so it may be kept."""
+        """Called after a step; the state is not changed later, so it may be kept."""
         ...
 
     def close(self, summary: Any) -> list[Path]:
-        """Finish the files and name them; callable at any time, a second call writes nothing new.
+        """Finish the files and return their paths; it may be called at any time, and more than once.
 
-        ``summary`` is the record of what ``summary.json`` says so far, at least an ``outcome``.
+        ``summary`` has what ``summary.json`` will hold as far as it is known, at least an ``outcome``.
         """
         ...
 

@@ -40,13 +40,13 @@ class MeshSettings(Spec, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Foreseen:
-    """What a structure will be made of, told from its keys before anything is built.
+    """The expected size of a structure, by which one that is too large is refused before it is built.
 
     Attributes
     ----------
-    blocks : How many, supports among them; exact, or within half as much again where bricks are cut.
-    keys : The keys that this number grows with.
-    sides : Faces of a block, those that most of them have; 0: six, in 2D four.
+    blocks : Number of blocks, supports included; where bricks are cut it may be up to half as much again.
+    keys : Keys on which this number depends, for the message.
+    sides : Number of faces that most blocks have; 0: six, in 2D four.
     """
 
     blocks: float
@@ -69,7 +69,9 @@ class ProblemFile:
 
 
 class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
-    """What every structure has; a structure that is read from a file names it by its key ``path``.
+    """Base class of structures: a record of their keys, which ``build`` of the same file turns into blocks.
+
+    A structure that is read from a file has the file's path in its key ``path``.
 
     Attributes
     ----------
@@ -88,25 +90,25 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
 
     @property
     def carries(self) -> bool:
-        """True where it brings supports of its own, as with a key ``ground``."""
+        """Whether it brings supports of its own; by default the value of its key ``ground``."""
         return bool(getattr(self, "ground", False))
 
     @property
     def source(self) -> str | None:
-        """The file that it is read from; None where its keys tell all."""
+        """The file that it is read from; None: there is none."""
         return None
 
     @property
     def problem(self) -> ProblemFile | None:
-        """The file whose supports, friction and loads complete the scene; None where there is none."""
+        """A file that also has supports, friction and loads for the scene; None: there is none."""
         return None
 
     def blocks_alone(self) -> Self:
-        """The same without a ``problem``."""
+        """The structure without its ``problem``: the blocks only."""
         return self
 
     def foreseen(self, dimension: int) -> Foreseen | None:
-        """Expected number of blocks by its keys; None if a file decides."""
+        """Its expected size, computed from its keys; None if a file decides."""
         return None
 
 

@@ -21,14 +21,16 @@ class Outside(Told, frozen=True, kw_only=True):
 
 
 class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("limit")):
-    """What limit analysis says of the blocks where they stand at the start.
+    """Results of limit analysis of the undeformed structure.
 
     Attributes
     ----------
-    title : Of the scene. message : All of this in sentences.
+    title : Title of the scene.
+    message : All of this in sentences.
     dead, growing : Names of the loads that stay and of those that grow.
-    blocks, contacts : How many there are.
-    admissible : Whether the loads of the scene can be carried. share : Part of them that can.
+    blocks, contacts : Their numbers.
+    admissible : Whether the loads of the scene can be carried.
+    share : Share of the loads that can be carried.
     multiplier : Greatest factor on the growing loads with which they can be carried; None: none grow, none
         can be carried, or they are ``unlimited``.
     least_multiplier : Least such factor, above 0 where the dead loads need the growing ones; None: there is
@@ -37,10 +39,10 @@ class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag=ver
     mechanism : How the blocks move at collapse, or under loads that cannot be carried.
     supports : Least and greatest force [N] by support and axis; None: no bound.
     ties : Least and greatest force [N] by tie; None: there are none, or the loads cannot be carried.
-    inexact : By how much an end of these is less exact than the rest [N]; None: it was not found.
-    certificate : Relative errors of the programs that were solved.
-    notes : What was taken otherwise than the scene says.
-    outside : Forces of a simulation's supports outside these intervals.
+    inexact : Error of those ends of these intervals that are less exact than the rest [N]; None: not found.
+    certificate : Relative errors of the optimisation problems that were solved.
+    notes : Where the analysis differs from what the scene says.
+    outside : Support forces of the simulation that lie outside these intervals.
     """
 
     title: str | None = None

@@ -40,12 +40,12 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Scene:
 
     Parameters
     ----------
-    path : TOML file; other files that it names are looked for beside it.
-    overrides : Texts ``dotted.key=value`` that replace or add values.
+    path : TOML file; paths in it are relative to its folder.
+    overrides : Texts ``dotted.key=value`` that replace or add values, such as ``"joints.0.friction=0.4"``.
 
     Raises
     ------
-    SceneError : Where the file cannot be read or describes something impossible.
+    SceneError : The file cannot be read, or describes something impossible.
     """
     path = Path(path)
     try:
@@ -95,21 +95,21 @@ def _line(text: str, error: ValueError) -> str:
 
 
 def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Scene:
-    """The same scene, checked as a file would be, with quantities and lists converted.
+    """Check a scene made in Python as a scene file is checked, and return it with its values converted.
 
-    A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not. Supports,
-    friction and loads of problem files that the scene names become part of the result.
-    What is allowed but seldom meant is logged as a warning.
+    A scene made in Python may hold texts such as ``"10 GPa"``, lists and NumPy values; the one returned has
+    SI numbers and tuples. Supports, friction and loads of problem files that the scene names become part of
+    it. What is allowed but seldom meant is logged as a warning.
 
     Parameters
     ----------
     scene : The scene.
     base : Folder that its paths are relative to.
-    source : What messages call the scene.
+    source : Name of the scene in messages.
 
     Raises
     ------
-    SceneError : It is no Scene, or describes something impossible.
+    SceneError : It is no ``Scene``, or describes something impossible.
     """
     _refuse_other(scene)
     checked = _scene(plain(scene), _Origin(source), Path(base))

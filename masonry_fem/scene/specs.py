@@ -241,7 +241,7 @@ class _Checked(StructMeta):
 
 
 class Scene(Spec, frozen=True, kw_only=True, metaclass=_Checked):
-    """A whole problem: read it with ``masonry_fem.load``, write it with ``masonry_fem.scene.save``.
+    """A whole problem: read it with ``masonry_fem.load``, write it with ``masonry_fem.save``.
 
     Attributes
     ----------

@@ -32,8 +32,9 @@ def save(scene: Scene, path: str | Path) -> None:
 
     Parameters
     ----------
-    scene : The scene; relative paths in it stay as they are (``moved`` adapts them).
-    path : The file.
+    scene : The scene; relative paths in it are written as they are (``masonry_fem.scene.writing.moved``
+        adapts them to another folder).
+    path : The file to write.
 
     Raises
     ------

@@ -15,19 +15,19 @@ from masonry_fem.solid.pose import Pose
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """Solid in its own frame.
+    """Geometry of a block in its own frame; equal blocks share a shape.
 
     Attributes
     ----------
-    name : What the mesh and messages call it.
-    solid : Flat-faced solid: contact faces, rigid mass.
-    mesh : Elements where the shape was read from a mesh file; None where it is still to mesh.
+    name : Its name in messages and mesh files.
+    solid : Flat-faced solid, from which contact faces and rigid mass are computed.
+    mesh : Elements, if they were read from a mesh file; None: it is meshed later.
     arcs : Edges that are circular arcs rather than straight: ``(vertex, vertex, centre)`` with
         the centre in shape coordinates; the mesher places nodes on them.
-    rails : Chains of vertices along the solid's first axis, where it is six-sided (four-sided in
-        2D) in the large but some faces are in facets: low and high, in 3D those of the front,
-        then of the back. The mesher places nodes on them.
-    parts : Equal parts of the rails between which they have a kink, where nodes must lie.
+    rails : Of a solid with six sides (four in 2D), some of which consist of several facets: the chains
+        of vertices along its first axis, low and high, in 3D those of the front, then of the back.
+        The mesher places nodes on them.
+    parts : Number of equal parts of the rails; where two parts meet there is a kink and a node.
     """
 
     name: str
@@ -44,11 +44,11 @@ class Block:
 
     Attributes
     ----------
-    name : Unique in the scene, e.g. ``wall.c2.b3``.
+    name : Unique in the scene, such as ``wall.c2.b3``.
     shape : Index into ``Assembly.shapes``.
-    pose : Where it stands.
+    pose : Its place and orientation.
     groups : Names by which a scene may select it (its structure, course, ...).
-    support : True where the generator made it to carry the others (ground, springing).
+    support : True for a block that its structure adds to carry the others (ground, springing).
     """
 
     name: str
@@ -66,7 +66,7 @@ class Assembly:
     ----------
     dimension : 2 or 3.
     shapes : Distinct shapes.
-    blocks : Blocks, in a fixed order that numbers them for the whole program.
+    blocks : Blocks; the place in this tuple is the number of a block everywhere in the program.
     """
 
     dimension: int

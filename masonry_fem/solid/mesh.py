@@ -33,7 +33,7 @@ class Mesh:
     Attributes
     ----------
     points : Node positions [m], shape (n, d).
-    cell : Kind of every cell, a key of ``FACET_OF`` (names and node order as in VTK/meshio).
+    cell : Kind of all cells, a key of ``FACET_OF`` (names and node order as in meshio).
     cells : Node numbers of the cells, shape (m, NODES_OF[cell]).
     facets : Boundary facets, node order giving an outward normal (in 2D the solid lies on the
         left of the edge), shape (f, NODES_OF[FACET_OF[cell]]).

@@ -40,15 +40,15 @@ class MassProperties:
 
 @dataclass(frozen=True, slots=True)
 class Polytope:
-    """Solid bounded by flat polygons, in its shape's own frame.
+    """Solid bounded by flat polygons (a polygon in 2D), in the frame of its shape.
 
     Attributes
     ----------
     vertices : Corner points [m], shape (v, d).
     faces : Vertex loops, counter-clockwise seen from outside in 3D; in 2D each face is an edge
         (a, b) that has the solid on its left (the outline runs counter-clockwise).
-    names : One name a face ("" where it has none).
-    labels : One joint label a face ("" where it has none).
+    names : Name of each face ("" where it has none), by which scenes select faces.
+    labels : Joint label of each face ("" where it has none), by which scenes select joints.
     """
 
     vertices: FloatArray
@@ -65,13 +65,17 @@ class Polytope:
 
     @classmethod
     def box(cls, low: tuple[float, ...], high: tuple[float, ...]) -> Polytope:
-        """Axis-aligned box (rectangle in 2D) with faces left/right/(front/back)/bottom/top.
+        """Axis-aligned box (rectangle in 2D) with faces left, right, (front, back,) bottom and top.
 
-        Left and right are joint faces labelled ``head``, bottom and top ``bed``.
+        Left and right are labelled ``head``, bottom and top ``bed``.
+
+        Parameters
+        ----------
+        low, high : Its corners of smallest and of largest coordinates [m].
 
         Raises
         ------
-        GeometryError : The corners have not two or three coordinates each.
+        GeometryError : The corners do not have two or three coordinates each.
         """
         if len(low) != len(high) or len(low) not in (2, 3):
             raise GeometryError(

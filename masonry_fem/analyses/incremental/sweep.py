@@ -33,13 +33,14 @@ DEMANDS = ("peak", "residual")  # of each probe
 
 @dataclass(frozen=True, slots=True)
 class Incremental:
-    """What an incremental dynamic analysis found.
+    """Results of an incremental dynamic analysis.
 
     Attributes
     ----------
-    told : What ``incremental.json`` holds. fits : By limit, in the order of ``told.fragilities``.
-    demand : What is drawn against intensity.
-    folder : Where runs are kept.
+    told : What ``incremental.json`` holds, as attributes.
+    fits : Fragility curve of each limit, in the order of ``told.fragilities``.
+    demand : Name of what is drawn against intensity.
+    folder : Folder in which the runs are kept.
     """
 
     told: IncrementalTold
@@ -95,28 +96,31 @@ def incremental(
     fresh: bool = False,
     tell: Tell | None = None,
 ) -> Incremental:
-    """Run a scene under records at scales, each run until its end or until a stone has fallen.
+    """Incremental dynamic analysis: run a scene under earthquake records, each scaled to several intensities.
+
+    A run ends with its record, or when a stone has fallen.
 
     Parameters
     ----------
-    scene : Path of its file, an analysis in time; its ``loads.accelerograms``, one at most, say along which
-        axes and how records act.
+    scene : Path of the scene file, whose analysis is one in time; its ``loads.accelerograms``, one entry at
+        most, says along which axes and how the records act.
     records : Files of accelerograms, or ``.txt`` files that list some.
-    scales : What each record is multiplied by: numbers, or a text as ``"0.2:2:0.2"``.
-    levels : In place of ``scales`` the intensities that each record is scaled to [m/s²].
-    period : Intensity is the pseudo-acceleration of this period [s]; None: the greatest acceleration.
+    scales : Factors of each record: numbers, or a text such as ``"0.2:2:0.2"`` (first:last:step).
+    levels : In place of ``scales``: intensities to which each record is scaled [m/s²].
+    period : Period at which the pseudo-acceleration is the intensity [s]; None: the intensity is the peak
+        ground acceleration.
     states : Limits besides falling: texts ``demand=value`` [rad, m].
     demand : What is drawn against intensity: ``lean``, ``probes.NAME.peak`` or ``probes.NAME.residual``.
-    out : Folder of the runs, where a second call finds them; None: ``results/SCENE-incremental``.
+    out : Folder of the runs, in which a later call finds them; None: ``results/SCENE-incremental``.
     overrides : Texts ``key=value`` for all runs.
-    workers : Runs at the same time; None: as cores and memory allow.
-    time_limit : CPU time that a run may take [s].
-    fresh : Run again what is already known.
+    workers : Number of runs at the same time; None: as cores and memory allow.
+    time_limit : CPU time that a run may take [s]; None: no limit.
+    fresh : Whether to repeat runs whose results are kept.
     tell : Called with the number of finished runs, the number of all, and what was finished last.
 
     Raises
     ------
-    MasonryError : The scene or a record cannot be read, or the scene cannot be shaken so.
+    MasonryError : The scene or a record cannot be read, or the analysis of the scene is none in time.
     """
     source = Source.of(scene, overrides, Path(scene).resolve().parent)
     shaken = Shaken(source, records, period)

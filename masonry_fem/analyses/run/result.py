@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What a run leaves.
+    """Results of a run.
 
     Attributes
     ----------
-    summary : What ``summary.json`` holds.
-    files : Files written.
-    built, march : The model and the march, for further work in Python.
-    determinacy : Which forces are facts, where the scene asks for it.
+    summary : What ``summary.json`` holds, as attributes.
+    files : Paths of the files written.
+    built : The model, for further work in Python.
+    march : The last step, with its state and the sums of the energies.
+    determinacy : Which forces are determined, that is, equal in all solutions, if the scene asks for it.
     scene : What was solved.
     """
 
@@ -47,16 +48,16 @@ class RunResult:
 
     @property
     def message(self) -> str:
-        """The same as a sentence."""
+        """The outcome as a sentence."""
         return self.summary.message
 
     def table(self, name: str, *, frame: bool = False) -> Any:
-        """A table that the run wrote, as a dict of arrays by its headings.
+        """A table that the run wrote, as a dict from heading to array.
 
         Parameters
         ----------
-        name : ``stones``, ``interfaces``, ``history``, ...: the file without ``.csv``.
-        frame : As a pandas ``DataFrame``.
+        name : Name of the file without ``.csv``, such as ``stones``, ``interfaces`` or ``history``.
+        frame : Whether to return a pandas ``DataFrame`` instead.
 
         Raises
         ------
@@ -65,17 +66,17 @@ class RunResult:
         return table_of(self.files, name, frame=frame)
 
     def plot(self, name: str | None = None, *, amplification: float | None = None) -> Picture:
-        """A picture of the end, which a notebook shows and ``save(path)`` writes as PNG.
+        """A picture of the last state, which a notebook shows and whose ``save(path)`` writes a PNG file.
 
         Parameters
         ----------
-        name : ``deformed``, ``von_mises``, ``thrust``, ...: as in ``output.pictures``; None: ``overview``
-            where stones have stresses, else ``deformed``.
-        amplification : Of displacements; None to choose one.
+        name : A name that ``output.pictures`` takes, such as ``deformed``, ``von_mises`` or ``thrust``;
+            None: ``overview`` where stones have stresses, else ``deformed``.
+        amplification : Factor of the displacements; None: chosen by their size.
 
         Raises
         ------
-        OutputError : There is nothing to draw it from, or nothing to draw it with.
+        OutputError : The results have no data for this picture, or PyVista is not installed.
         """
         from masonry_fem.output.notebook import picture_of  # noqa: PLC0415 - only who asks needs it
 

@@ -41,19 +41,19 @@ class EndedError(CheckpointError):
 def resume(
     folder: str | Path, overrides: Iterable[str] = (), *, trust: bool = False, quiet: bool = True
 ) -> RunResult:
-    """Make the steps that a run has not made, and write its results as if it had not ended in between.
+    """Continue a run from its last checkpoint, and write its results as if it had not been interrupted.
 
     Parameters
     ----------
-    folder : Results folder of a run with checkpoints.
-    overrides : Texts ``dotted.key=value``: more steps, or other outputs.
-    trust : Run the files of the scene that are programs.
-    quiet : Do not show on a terminal what is being done.
+    folder : Results folder of a run with checkpoints (``output.checkpoint_steps``).
+    overrides : Texts ``dotted.key=value`` that ask for more steps or for other outputs.
+    trust : Whether to run files of the scene that are programs (``.geo``, ``.py``).
+    quiet : Whether to show no progress on a terminal.
 
     Raises
     ------
-    CheckpointError : There is no checkpoint, or it does not fit; the scene is another, but for more steps.
-    EndedError : The run is done.
+    CheckpointError : There is no checkpoint, it does not fit, or the overrides change anything else.
+    EndedError : All steps have been made already.
     """
     folder = Path(folder)
     refuse_busy(folder)

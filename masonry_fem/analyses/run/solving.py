@@ -26,12 +26,12 @@ def solve_scene(
     Parameters
     ----------
     scene : What to solve.
-    base : Folder that the paths in it are relative to.
-    observers : Told of every step: functions of model, state and report, or recorders.
+    base : Folder that the paths in the scene are relative to.
+    observers : Called after every step: functions of model, state and report (see ``steps``), or recorders.
 
     Raises
     ------
-    MasonryError : Where the scene cannot be built.
+    MasonryError : The scene cannot be built.
     """
     base = Path(base)
     scene = of_records(scene, base=base)
@@ -49,21 +49,25 @@ def solve_scene(
 
 
 def steps(scene: specs.Scene, base: str | Path = Path()) -> Iterator[StepMade]:
-    """Solve a scene step by step: each one is made when it is asked for.
+    """Solve a scene step by step: a step is computed when the loop asks for it.
 
         for model, state, report in masonry_fem.steps(scene):
             print(report.time, report.probes, state.gap.max())
 
-    Nothing is written. What ``solve`` tells at its end is not told: the last step is all there is.
+    Nothing is written, and there is no summary at the end as ``solve`` returns it.
 
     Parameters
     ----------
     scene : What to solve.
-    base : Folder that the paths in it are relative to.
+    base : Folder that the paths in the scene are relative to.
+
+    Returns
+    -------
+    Iterator of the steps, each a ``StepMade``.
 
     Raises
     ------
-    MasonryError : Where the scene cannot be built, or has more than one march.
+    MasonryError : The scene cannot be built, or has stages or combinations.
     """
     base = Path(base)
     scene = of_records(scene, base=base)

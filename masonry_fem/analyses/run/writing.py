@@ -70,17 +70,19 @@ def run(
 
     Parameters
     ----------
-    scene : What to solve. base : Folder that the paths in it are relative to.
-    out : Folder for the results; made where it is missing.
+    scene : What to solve.
+    out : Folder for the results; created if it is missing.
+    base : Folder that the paths in the scene are relative to.
     save_contact : Step whose contact problem is saved as ``contact_<step>.npz``.
-    quiet : Do not show on a terminal what is being done.
-    before : The same scene built with other meshes: what it has of these is not made again.
-    draws : Asked after the march whether to draw the pictures that the scene asks for.
-    observers : Told of every step: functions of model, state and report, or recorders.
+    quiet : Whether to show no progress on a terminal.
+    before : ``built`` of an earlier result of the same scene with other meshes; parts that are the same are
+        used again.
+    draws : Called after the last step; whether to draw the pictures that the scene asks for.
+    observers : Called after every step: functions of model, state and report (see ``steps``), or recorders.
 
     Raises
     ------
-    MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
+    MasonryError : The scene cannot be built or has no such step; nothing is written then.
     """
     out, base, told_too = Path(out), Path(base), seen_by(observers)
     scene = of_records(scene, base=base)

@@ -38,18 +38,20 @@ from masonry_fem.scene.overrides import texts
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """What a study found.
+    """Results of a study; a cell is one combination of the varied values.
 
     Attributes
     ----------
-    title : Of the scene. vary : Keys and values.
-    rows : One a cell, the coarsest first.
-    reference : What they are compared with.
-    comparisons : One a case.
-    targets, accuracy : What advice is for. recommendations : One a target.
-    notes : What was taken otherwise than asked, and what the study does not tell.
-    folder : Where the cells' results are kept.
-    interrupted : Whether it was ended before its end.
+    title : Title of the scene.
+    vary : Varied keys and their values.
+    rows : Settings, cost and quantities of each cell, the coarsest first.
+    reference : What the cells are compared with.
+    comparisons : One for each case.
+    targets, accuracy : Quantities that the recommendations are for, and the wanted relative error.
+    recommendations : One for each target.
+    notes : What was done otherwise than asked, and what the study cannot tell.
+    folder : Folder in which the results of the cells are kept.
+    interrupted : Whether it was interrupted.
     """
 
     title: str
@@ -113,24 +115,26 @@ def study(
     fresh: bool = False,
     tell: Tell | None = None,
 ) -> Study:
-    """Run a scene with all combinations of some values and compare the results.
+    """Run a scene with all combinations of some values, and compare cost and results.
+
+    Each combination is called a cell.
 
     Parameters
     ----------
-    scene : Scene, or path of its file.
+    scene : A scene, or the path of its file.
     vary : Values by dotted key, or texts ``key=value,value``.
     base : Folder that paths in the scene are relative to; None: that of its file, else the current one.
-    out : Folder of the results, where a second call finds those of the first; None: ``results/SCENE-study``.
+    out : Folder of the results, in which a later call finds them; None: ``results/SCENE-study``.
     overrides : Texts ``key=value`` for all cells.
-    reference : What to compare with: None for the finest cell, settings of a cell, a results folder, a file,
-        or numbers by name.
+    reference : What to compare with: None for the finest cell, settings of a cell, a results folder, a file
+        of numbers, or numbers by name.
     quantities : Names, groups or patterns of quantities to compare; empty for all.
-    peaks : Names of numbers whose greatest size over the steps is recorded and compared: ``supports.NAME.x``,
-        ``probes.NAME``, ``time``.
+    peaks : Names of numbers whose greatest absolute value over the steps is recorded and compared:
+        ``supports.NAME.x``, ``probes.NAME``, ``time``.
     accuracy : Wanted relative error.
     workers : Number of cells that run at the same time; None: as cores and memory allow.
-    time_limit : CPU time that a cell may take [s].
-    fresh : Compute again what is already known.
+    time_limit : CPU time that a cell may take [s]; None: no limit.
+    fresh : Whether to repeat cells whose results are kept.
     tell : Called with the number of finished cells, the number of all, and what was finished last.
 
     Raises

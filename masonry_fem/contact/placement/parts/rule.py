@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """Placement rule of an interface.
+    """How contact points are placed on an interface.
 
     Attributes
     ----------
-    name : Of the rule's file in ``contact/placement``, such as ``corners``.
-    inset : ξ of ``corners``: distance of the points from the centroid over that of
-        the corners, 0 < ξ <= 1.
-    density : Subdivisions of ``gauss`` along each side of a piece where neither side is meshed.
+    name : Name of a file in ``contact/placement``, such as ``corners``.
+    inset : Of ``corners``: distance of the points from the centroid over that of the corners,
+        above 0 and at most 1.
+    density : Of ``gauss``: subdivisions along each edge of the face where neither block is meshed.
     """
 
     name: str = "corners"

@@ -24,7 +24,7 @@ from benchmarks.process import Row, alone
 from masonry_fem.results.summarise import versions
 
 HERE = Path(__file__).resolve().parent
-COLUMNS = ("case", "contacts", "solves", "error", "CPU", "peak MB", "bar", "verdict")
+COLUMNS = ("case", "contacts", "solves", "error", "CPU", "peak MB", "limit", "verdict")
 START_RUNS = 5
 
 
@@ -182,7 +182,8 @@ def markdown(rows: list[tuple[str, ...]]) -> str:
         "",
         f"{datetime.now(UTC):%Y-%m-%d}, {processor()}, {os.cpu_count()} cores, load at the end "
         f"{os.getloadavg()[0]:.1f}; {used}.",
-        "CPU seconds, one thread; each case in a process of its own. Made by `python -m benchmarks.table`.",
+        "CPU seconds, one thread; each case in a process of its own. Made by `python -m benchmarks.table`. "
+        "What the columns are stands [below](#how-to-read-this-page).",
         "",
         "| " + " | ".join(COLUMNS) + " |",
         "|" + "---|" * len(COLUMNS),

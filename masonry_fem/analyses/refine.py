@@ -61,6 +61,10 @@ class Refinement:
     rounds: tuple[Round, ...]
     files: list[Path]
 
+    def __repr__(self) -> str:
+        """The message, and the table of the last round's run."""
+        return f"{self.message}\n{self.result!r}"
+
 
 def refine(
     scene: specs.Scene,

@@ -7,6 +7,7 @@ made.write(Path("results/arch-study"))
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -65,6 +66,16 @@ class Study:
     notes: tuple[str, ...]
     folder: Path
     interrupted: bool = False
+
+    def __repr__(self) -> str:
+        """The tables that the command prints."""
+        from rich.console import Console  # noqa: PLC0415 - only who looks needs it
+
+        from masonry_fem.analyses.study.table import print_study  # noqa: PLC0415
+
+        page = io.StringIO()
+        print_study(self, Console(file=page, force_jupyter=False))
+        return page.getvalue().rstrip()
 
     @property
     def decided(self) -> bool:

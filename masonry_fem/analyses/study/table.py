@@ -45,7 +45,7 @@ def print_study(study: Study, console: Console | None = None) -> None:
 
     console = console or Console()
     if not console.is_terminal:
-        console = Console(file=console.file, width=WIDE)
+        console = Console(file=console.file, width=WIDE, force_jupyter=False)
     if study.title:
         console.print(Text(study.title, style="bold"))
     console.print(_cells(study, narrow=console.width < NARROW))

@@ -98,6 +98,7 @@ def test_the_force_that_tears_a_bar_is_its_strength(scene: Path, tmp_path: Path,
     print_study(made)
     told = capsys.readouterr().out
     assert "supports.bar/top.y  1e+05 N/m  0.1" in told
+    assert repr(made) == told.rstrip()
     with made.write(pictures=False)[0].open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert float(lines[1]["peak.supports.bar/top.y.probes.top.y"]) == pytest.approx(2e-5)

@@ -279,8 +279,9 @@ class Combination(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    name : of the folder with its results
-    factors : by load case, that of ``loads.gravity`` is ``gravity``; cases that are not named do not act
+    name : name of the folder with its results
+    factors : factor of each load case by name, ``gravity`` for ``loads.gravity``; cases that are not named do
+        not act
     """
 
     name: Name

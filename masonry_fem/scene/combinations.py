@@ -111,8 +111,8 @@ class Design(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    material_factor : by which strengths of stones are divided, γ_M
-    loads : factors of loads, γ_F
+    material_factor : factor γ_M by which strengths of stones are divided
+    loads : factors γ_F of loads
     share : share of a stone's volume, the most utilised of it, over which its ``local`` utilisation is the
         mean
     """

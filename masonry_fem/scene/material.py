@@ -82,11 +82,11 @@ class Material(Spec, frozen=True, kw_only=True):
     compressive_strength : compressive strength f_c, with which stresses are [compared](strength.md); that of
         the law ``inelastic``, if this has one of that name
     tensile_strength : tensile strength f_t, in the same way
-    inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, those of fidelity
-        ``auto`` without it stay elastic, rigid and elastic ones ignore it
+    inelastic : how the stone yields or cracks, chosen by ``law``; needed by inelastic blocks. Without it
+        blocks of fidelity ``auto`` stay elastic; those of other fidelities ignore it
     promote_at : share of the stress of first yield at which blocks of fidelity ``auto`` become inelastic
-    degree : of the polynomials by which blocks of fidelity ``reduced`` deform: 1, 2, 3 and 4 give a block at
-        most 6, 24, 54 and 99 modes, in 2D 3, 9, 17 and 27
+    degree : degree of the polynomials by which blocks of fidelity ``reduced`` deform: 1, 2, 3 and 4 give a
+        block at most 6, 24, 54 and 99 modes, in 2D 3, 9, 17 and 27
     """
 
     density: Density

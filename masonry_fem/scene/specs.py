@@ -201,7 +201,7 @@ class Stage(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    name : of the folder with its results
+    name : name of the folder with its results
     after : the earlier stage where it begins; by default the one before, and the first where the scene begins
     analysis : what is done
     loads : in place of those of the stage before; in statics the change goes evenly over the steps
@@ -245,9 +245,9 @@ class Scene(Spec, frozen=True, kw_only=True, metaclass=_Checked):
 
     Attributes
     ----------
-    title : shown on pictures and in tables
+    title : title of pictures and tables
     large : build the scene even if it exceeds the [size limits](limits.md#sizes); ``--yes`` sets it
-    dimension : of space
+    dimension : number of dimensions of space
     plane : whether a 2D scene is in plane strain or plane stress
     fidelity : how blocks are modelled unless a structure or an override says otherwise: ``rigid``,
         ``reduced``: elastic by few modes (``degree`` of their material), ``elastic``, ``inelastic``, or
@@ -258,7 +258,7 @@ class Scene(Spec, frozen=True, kw_only=True, metaclass=_Checked):
     materials : tables of material properties, by name
     structures : families of blocks
     overrides : exceptions for single blocks or groups
-    joints : what joints do
+    joints : properties of joints: friction, law, contact points
     ties : bars, cables and chains between points of blocks
     supports : blocks and faces that are held or moved, besides the supports that structures bring
     without : blocks that are left out; what else the scene says of them is left out, too
@@ -268,10 +268,10 @@ class Scene(Spec, frozen=True, kw_only=True, metaclass=_Checked):
     analysis : statics, dynamics or a march to equilibrium
     stages : parts of a [history](histories.md), one after another
     combinations : [combinations](combinations.md) of load cases, each a run of its own
-    solver : contact solver
+    solver : how contact problems are solved
     contact : which faces are in contact
     probes : points whose displacement is recorded
-    output : what is written
+    output : which files are written
     reading : limits on time and memory for reading files
     """
 

@@ -38,9 +38,9 @@ class Tie(Spec, frozen=True, kw_only=True):
     name : name of its line in tables; that of a tie through several points is followed by the number of the
         part
     points : blocks and supports that it is fixed to, in this order
-    closed : it leads from the last point back to the first
+    closed : whether it leads from the last point back to the first
     section : area of its cross-section
-    diameter : of a round bar, in place of ``section``
+    diameter : diameter of a round bar, in place of ``section``
     young : Young's modulus; that of steel by default
     pretension : its force while its points are where they are at the start, or where they have gone when a
         stage brings it

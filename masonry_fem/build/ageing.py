@@ -1,32 +1,35 @@
 """Ageing: stones whose material is another than where they were left become it evenly.
 
     ageing = Ageing(scene, stones, base, {"stone": material_before})
-    groups = ageing(groups, 0.4)                # of materials between the two
+    model = ageing(model, 0.4)                  # of materials between the two
 
 Numbers go linearly from those of the one table to those of the other; what is no number, such as the kind of
-a law, changes at the start.
+a law, changes at the start. Layers of stones themselves in series with joints follow these.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from msgspec import Struct, structs
 
 from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.build.joints import joints_at, skins
 from masonry_fem.build.model import body_groups
 from masonry_fem.build.stones import Stones
 from masonry_fem.build.supports import fade
 from masonry_fem.build.temperature import Expansions
+from masonry_fem.march.model import Model
 from masonry_fem.scene import specs
 
 
 @dataclass(slots=True)
 class Ageing:
-    """How groups follow materials that change.
+    """How stones follow materials that change.
 
     Attributes
     ----------
@@ -42,16 +45,16 @@ class Ageing:
     left: Expansions = field(default_factory=dict)
     _last: tuple[float, tuple[BodyGroup, ...]] | None = None
 
-    def __call__(self, groups: tuple[BodyGroup, ...], time: float) -> tuple[BodyGroup, ...]:
-        """The groups with their materials at a time [s] or load factor; those that stay are the same objects.
+    def __call__(self, model: Model, time: float) -> Model:
+        """The model with its materials at a time [s] or load factor; groups that stay are the same objects.
 
         Parameters
         ----------
-        groups : As they are. time : At the end of a step.
+        model : As it is. time : At the end of a step.
         """
-        share = 1.0 - fade(self.scene)(time)
+        share, groups = 1.0 - fade(self.scene)(time), model.groups
         if self._last is not None and self._last[0] == share and self._last[1] is groups:
-            return groups
+            return model
         known = self.scene.materials
         now = {name: between(own, known[name], share) for name, own in self.before.items()}
         scene = structs.replace(self.scene, materials=known | now)
@@ -62,7 +65,12 @@ class Ageing:
             for new, old in zip(made, were, strict=True)
         )
         self._last = share, aged
-        return aged
+        laws = model.laws
+        if skins(scene, self.stones, model.contacts) is not None:
+            closed = replace(model.contacts, gap=np.zeros(model.contacts.count))
+            records = list(model.joint_records)
+            laws, _ = joints_at(scene, self.stones, model.interfaces, closed, records, self.base)
+        return replace(model, groups=aged, laws=laws)
 
 
 def changed(scene: specs.Scene, stones: Stones, before: Mapping[str, specs.Material]) -> dict[str, Any]:

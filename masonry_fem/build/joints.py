@@ -210,15 +210,19 @@ def joints_at(
     base : Folder that the paths in the scene are relative to.
     """
     scatter = scatter_factors(scene, interfaces, chosen)
-    skin = _skin(scene, stones, contacts)
+    skin = skins(scene, stones, contacts)
     laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter, skin)
     return laws, {name: values[contacts.interface] for name, values in scatter.items()}
 
 
-def _skin(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray | None:
+def skins(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray | None:
     """What the skins of both stones give way by a unit of pressure, shape (c,) [m³/N]; None: all are firm.
 
     Stones that deform by a few modes say how thick a layer of themselves stands for what these leave out.
+
+    Parameters
+    ----------
+    scene : Has the materials. stones : Its blocks. contacts : The c contact points.
     """
     pairs = list(zip(stones.fidelity, stones.material, strict=True))
     soft = {}

@@ -181,6 +181,17 @@ class Law(ABC):
         """The part of r_adh that grows with the jump [N], shape (c, d); of rigid laws there is none."""
         return self.adhesive_reaction(state, area)
 
+    def work_at_start(self, before: JointState, after: JointState, area: FloatArray) -> FloatArray:
+        """Work, on what this layer alone gives way in a step, of what it bears before, shape (c,) [J].
+
+        Its deformation tells what it bears, as its stiffness may be another than in the step before.
+
+        Parameters
+        ----------
+        before, after : States at both ends of the step. area : Tributary areas [m²], shape (c,).
+        """
+        return np.zeros(before.count)
+
     @abstractmethod
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         """Elastic energy stored in the joint [J], shape (c,)."""

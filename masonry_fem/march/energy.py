@@ -12,13 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
+from masonry_fem.joints.law import layers_of
+from masonry_fem.joints.state import JointState
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import relative_velocity
 from masonry_fem.march.rounding import energy_rounding
 from masonry_fem.march.state import OPEN, SystemState
 from masonry_fem.march.step import Increment
-from masonry_fem.march.ties import borne_at_start, yield_on_the_way
+from masonry_fem.march.ties import yield_on_the_way
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,12 +172,9 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
     work = -(pressed * faces)
     raising = float((pressed[:, 0] * lift).sum()) / h
     pulled = laws.spring_reaction(after, area) - laws.spring_reaction(before, area)
-    pushed = made.impulse / h - made.before.reaction
-    tied = model.contacts.tied  # also where no step has been made yet they may be taut
-    pushed[tied, 0] = (made.impulse[:, 0] / h - borne_at_start(model, before))[tied]
     delayed = float((after.delayed - before.delayed).sum())
-    springs = pulled * faces * h - pushed * bed
-    springs[:, 0] += yield_on_the_way(model, before, after)
+    springs = (pulled * faces * h - made.impulse / h * bed).sum(axis=1)
+    springs += _at_start(model, before, after) + yield_on_the_way(model, before, after)
     return {
         "impact_normal": float(work[:, 0].sum()) + raising,
         "friction_dissipation": float(work[:, 1:].sum()) - raising,
@@ -183,6 +182,15 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
         "joint_viscosity": delayed,
         "numerical_dissipation": 0.5 * float(springs.sum()),
     }
+
+
+def _at_start(model: Model, before: JointState, after: JointState) -> FloatArray:
+    """Work of what layers and ties bear before a step, on what they give way in it, shape (c,) [J]."""
+    work = np.zeros(model.contacts.count)
+    for law, points in model.laws.parts:
+        ends, area = (before.take(points), after.take(points)), model.contacts.area[points]
+        work[points] = sum(layer.work_at_start(*ends, area) for layer in layers_of(law))
+    return work
 
 
 def _faces(made: Increment) -> FloatArray:

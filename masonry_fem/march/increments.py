@@ -146,15 +146,15 @@ def _parts(
 def _aged(coupling: Coupling, state: SystemState, until: float) -> tuple[Coupling, SystemState]:
     """The stones of the materials that they have at a time, strained as they are."""
     model = coupling.model
-    groups = model.groups if model.ageing is None else model.ageing(model.groups, until)
-    if groups is model.groups:
+    aged = model if model.ageing is None else model.ageing(model, until)
+    if aged is model:
         return coupling, state
-    anew: tuple[Any, ...] = groups
+    anew: tuple[Any, ...] = aged.groups
     bodies = tuple(
         own if new is old else new.strained_as(own)
         for new, old, own in zip(anew, model.groups, state.bodies, strict=True)
     )
-    return connect(replace(model, groups=groups)), replace(state, bodies=bodies)
+    return connect(aged), replace(state, bodies=bodies)
 
 
 def _lost(coupling: Coupling, made: Increment) -> bool:

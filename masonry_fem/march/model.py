@@ -147,7 +147,7 @@ class Meet(Protocol):
         ...
 
 
-type Ageing = Callable[[tuple[BodyGroup, ...], float], tuple[BodyGroup, ...]]
+type Ageing = Callable[[Model, float], Model]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +176,7 @@ class Model:
     joint_records : Number of the scene's joint record of each interface.
     ground : What shakes the ground; None: nothing.
     found : Whether contacts were found on the way, where blocks had gone.
-    ageing : Makes groups whose materials have changed by a time [s] or load factor; None: none change.
+    ageing : Makes the model whose materials have changed by a time [s] or load factor; None: none change.
     last_forces : What ``external_forces`` keeps, as loads seldom change.
     """
 

@@ -113,19 +113,6 @@ def tie_forces(model: Model, state: SystemState) -> TieForces | None:
     )
 
 
-def borne_at_start(model: Model, joints: JointState) -> FloatArray:
-    """Force of each tie by its own state, 0 of other contacts, shape (c,) [N].
-
-    Parameters
-    ----------
-    model : The structure of c contacts. joints : State of their laws.
-    """
-    force = np.zeros(model.contacts.count)
-    for law, points in _parts(model.laws):
-        force[points] = law.force(joints.take(points), model.contacts.area[points])
-    return force
-
-
 def yield_on_the_way(model: Model, before: JointState, after: JointState) -> FloatArray:
     """What ties that begin to yield within a step lacked at its start, times their flow, ≤ 0, shape (c,) [J].
 

@@ -210,6 +210,12 @@ class Bed(Layer):
         return self.law.spring_reaction(state, bearing(area))
 
     @override
+    def work_at_start(self, before: JointState, after: JointState, area: FloatArray) -> FloatArray:
+        borne = -self._stiffness(before, bearing(area)) * before.elastic
+        work: FloatArray = (borne * (after.bed - before.bed)).sum(axis=1)
+        return work
+
+    @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         area = bearing(area)
         stretched = (self._stiffness(state, area) * state.elastic**2).sum(axis=1)

@@ -92,7 +92,8 @@ class Closure(Layer):
         here = replace(after, compacted=np.maximum(state.compacted, reaction[:, 0] / area))
         stiffness = self._stiffness(here, area)
         settled = state.closing + before / stiffness
-        settled[:, 0] = -self._set(here.compacted)
+        # what it is set by already stays, also where its law has become another
+        settled[:, 0] = state.settled[:, 0] + self._set(state.compacted) - self._set(here.compacted)
         closing = settled - reaction / stiffness
         # the mean of what it bears at the two ends of the step, as the energy ledger takes it
         work = -(0.5 * (before + reaction) * (closing - state.closing)).sum(axis=1)
@@ -107,6 +108,12 @@ class Closure(Layer):
     @override
     def spring_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
         return self.law.spring_reaction(state, bearing(area))
+
+    @override
+    def work_at_start(self, before: JointState, after: JointState, area: FloatArray) -> FloatArray:
+        borne = self._stiffness(before, bearing(area)) * (before.settled - before.closing)
+        work: FloatArray = (borne * (after.closing - before.closing)).sum(axis=1)
+        return work
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:

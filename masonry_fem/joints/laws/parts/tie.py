@@ -149,6 +149,11 @@ class Tie(Law):
         return np.zeros(state.jump.shape)
 
     @override
+    def work_at_start(self, before: JointState, after: JointState, area: FloatArray) -> FloatArray:
+        work: FloatArray = self.force(before, area) * (after.bed - before.bed)[:, 0]
+        return work
+
+    @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         energy: FloatArray = 0.5 * self._stiffness(area) * state.elastic[:, 0] ** 2
         return energy

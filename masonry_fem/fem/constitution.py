@@ -122,8 +122,11 @@ class Constitution(ABC):
     def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
         """Energy that the θ-scheme and the material took in a step, each of shape (b,) [J]."""
 
-    def expanding(self, state: Strained, step: float) -> FloatArray | float:
-        """Nodal forces that hold what temperature makes elastic stones grow in a step, (b, n) [N]; or 0."""
+    def expanding(self, state: Strained, step: float, *, tangent: bool = False) -> FloatArray | float:
+        """Nodal forces that hold what temperature makes stones grow in a step, (b, n) [N]; or 0.
+
+        By the elastic stiffness, or by the ``tangent`` of the state, which stones that yield have.
+        """
         return 0.0
 
     def heat(self, before: Strained, after: Strained, theta: float) -> FloatArray | float:

@@ -232,7 +232,8 @@ class CorotationalGroup(Deformable[TurningState]):
         if guess is not None:
             left = self._elastic_residual(state, guess, self._own(at, force), scheme)
             # a first guess is as warm as the step begins
-            left -= h * theta * self.constitution.expanding(guess, state.time + h - guess.time)
+            ahead = state.time + h - guess.time
+            left -= h * theta * self.constitution.expanding(guess, ahead, tangent=True)
             elastic = guess.velocity - self.compliant(left, guess, scheme)
         else:
             start = state.velocity if inertia else np.zeros_like(state.velocity)

@@ -198,7 +198,8 @@ class ElasticGroup(Deformable[ElasticState]):
         if guess is not None:
             left = self.balance.residual(state, guess, force, scheme)
             # a first guess is as warm as the step begins
-            left -= h * theta * self.constitution.expanding(guess, state.time + h - guess.time)
+            ahead = state.time + h - guess.time
+            left -= h * theta * self.constitution.expanding(guess, ahead, tangent=True)
             missing = start[:, held] + change - guess.velocity[:, held]
             if missing.any():  # the guess is where the step begins
                 left += self._pushed(missing, guess, scheme)

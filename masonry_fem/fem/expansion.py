@@ -111,7 +111,7 @@ class ThermoElasticity(LinearElasticity):
         return super().forces(before, after, theta, rate) - grown[:, None] * self.push
 
     @override
-    def expanding(self, state: Strained, step: float) -> FloatArray:
+    def expanding(self, state: Strained, step: float, *, tangent: bool = False) -> FloatArray:
         change = self.warming.strain(state.time + step) - self.warming.strain(state.time)
         return change[:, None] * self.push
 

@@ -27,7 +27,7 @@ from scipy import sparse
 
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Confined, Constitution, FloatArray, Memory, Strained, dot
-from masonry_fem.fem.expansion import Warming, held_unit, less, pushing
+from masonry_fem.fem.expansion import UNIT, Warming, held_unit, less, pushing
 from masonry_fem.fem.material_law import Isotropic
 from masonry_fem.fem.strains import Strains
 
@@ -133,11 +133,15 @@ class Inelasticity(Constitution):
         )
 
     @override
-    def expanding(self, state: Strained, step: float) -> FloatArray | float:
+    def expanding(self, state: Strained, step: float, *, tangent: bool = False) -> FloatArray | float:
         if self.warming is None:
             return 0.0
         change = self.warming.strain(state.time + step) - self.warming.strain(state.time)
-        return change[:, None] * pushing(self.strains, self._moduli)
+        force = change[:, None] * pushing(self.strains, self._moduli)
+        if tangent:
+            own = remembered(state)
+            force[own.yielding] = change[own.yielding, None] * self.strains.forces(own.moduli @ UNIT)
+        return force
 
     @override
     def heat(self, before: Strained, after: Strained, theta: float) -> FloatArray | float:

@@ -27,8 +27,8 @@ from scipy import sparse
 
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Confined, Constitution, FloatArray, Memory, Strained, dot
-from masonry_fem.fem.expansion import UNIT, Warming, held_unit, less, pushing
-from masonry_fem.fem.material_law import Isotropic
+from masonry_fem.fem.expansion import Warming, held_unit, less, pushing
+from masonry_fem.fem.material_law import UNIT, Isotropic
 from masonry_fem.fem.strains import Strains
 
 

@@ -188,8 +188,10 @@ def _at_start(model: Model, before: JointState, after: JointState) -> FloatArray
     """Work of what layers and ties bear before a step, on what they give way in it, shape (c,) [J]."""
     work = np.zeros(model.contacts.count)
     for law, points in model.laws.parts:
-        ends, area = (before.take(points), after.take(points)), model.contacts.area[points]
-        work[points] = sum(layer.work_at_start(*ends, area) for layer in layers_of(law))
+        layers = [layer for layer in layers_of(law) if not layer.plain]
+        if layers:
+            ends, area = (before.take(points), after.take(points)), model.contacts.area[points]
+            work[points] = sum(layer.work_at_start(*ends, area) for layer in layers)
     return work
 
 

@@ -80,7 +80,7 @@ def test_every_key_is_explained_by_its_path(monkeypatch):
         ("joints.0.friction", "joints.friction: a number >= 0, or 'no slip'; default 0.6"),
         ("structures.wall", 'example:\n    kind = "wall"'),
         ("wall", "structures.wall: Wall of"),
-        ("[design]", "material_factor: a number > 0; default 1.0\n    by which strengths"),
+        ("[design]", "material_factor: a number > 0; default 1.0\n    factor γ_M by which strengths"),
         ("analysis", "kinds: crossing, dynamics, equilibrium, path, statics"),
         ("structures.kind", "kinds: arch, arch_bridge"),
         ("materials.granite.inelastic.law", "kinds: brittle_damage"),

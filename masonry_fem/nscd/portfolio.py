@@ -29,7 +29,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
-from masonry_fem.nscd.solvers.chord import continued
+from masonry_fem.nscd.solvers.chord import continued, taken_on
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Case, Turn, turns
 from masonry_fem.nscd.unstressed import from_no_stress
@@ -50,7 +50,8 @@ _ENDED = {
 }
 # Share of what pushes contacts together that they may be in each other by.
 FOLLOWED = 1e-2
-# The default tolerance. Below it Newton's method goes on from the interior point with such an α and goal.
+# The default tolerance, from which on solutions are made better than asked for; Newton's method with such
+# an α and goal goes on from what the interior point found.
 USUAL, SHARP = 1e-10, 1e-14
 SHARP_STEPS = 6
 
@@ -78,8 +79,8 @@ def solve(
     _check_start(problem, start)
     with one_thread():
         made = _solve(problem, settings, start)
-        if made.converged and settings.tolerance < USUAL and made.method.endswith("+interior_point"):
-            made = _sharpened(problem, made, settings)
+        if made.converged and settings.tolerance <= USUAL:
+            made = taken_on(problem, _sharpened(problem, made, settings), settings)
         if made.solved:
             made = brought_to_rest(problem, made, settings)
         return made if made.converged else replace(made, rounding=_rounding(problem, made, settings))
@@ -108,7 +109,8 @@ def _sharpened(problem: ContactProblem, made: Solution, settings: SolverSettings
     Impulses that go round and hardly move anything are what a tolerance says least of; all statuses are
     settled, so that no more than linear equations are left of the problem.
     """
-    if not problem.body_count or not problem.operator.elastic().all():
+    elastic = problem.body_count > 0 and problem.operator.elastic().all()
+    if not made.method.endswith("+interior_point") or not elastic:
         return made
     own = replace(settings, tolerance=SHARP, max_iterations=SHARP_STEPS)
     start = Start(made.impulse, made.rigid_velocity, made.velocity)

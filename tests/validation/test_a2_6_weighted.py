@@ -29,7 +29,8 @@ from tests.validation.scenes import solved
 from tests.validation.test_a2_6_patch import cube
 
 EXACT = 1e-9  # of p
-# Contacts that are nearly slivers make 2e-9 of p of an error of 3e-14; below, rounding ends the solver.
+# Not the default: contacts that are nearly slivers make 1.1e-9 of p of an error of 3e-14, and of the balance
+# of a stone that half bears on a floor 1e-11 of one of 1e-15.
 TIGHT = Solver(tolerance=3e-14)
 
 
@@ -44,7 +45,7 @@ def assert_balanced(result: RunResult) -> None:
 @pytest.mark.parametrize("d", [2, 3])
 def test_uniform_pressure(d: int, ratio: tuple[int, int]) -> None:
     """Two cubes, 14.6 % wrong with ``nodes`` in 3D; one contact for each node of the finer face."""
-    result, error = pressed(d, *ratio, placement="weighted", solver=TIGHT)
+    result, error = pressed(d, *ratio, placement="weighted")
     assert error < EXACT
     assert_balanced(result)
     assert result.built.model.contacts.count == (max(ratio) + 1) ** (d - 1)
@@ -55,7 +56,7 @@ def test_uniform_pressure(d: int, ratio: tuple[int, int]) -> None:
 @pytest.mark.parametrize("one", ["P1", "Q1", "P2", "Q2"])
 @pytest.mark.parametrize("d", [2, 3])
 def test_all_kinds_of_elements(d: int, one: str, two: str) -> None:
-    result, error = pressed(d, 2, 3, "weighted", elements=(one, two), solver=TIGHT)
+    result, error = pressed(d, 2, 3, "weighted", elements=(one, two))
     assert error < EXACT
     assert_balanced(result)
 
@@ -65,7 +66,7 @@ def test_all_kinds_of_elements(d: int, one: str, two: str) -> None:
 @pytest.mark.parametrize("d", [2, 3])
 def test_vertices_that_are_among_the_others(d: int, one: str, two: str, cells: tuple[int, int]) -> None:
     """The default, with elements of two orders or kinds: ``nodes`` are up to 30 % wrong."""
-    result, error = pressed(d, *cells, "auto", elements=(one, two), solver=TIGHT)
+    result, error = pressed(d, *cells, "auto", elements=(one, two))
     assert error < EXACT
     assert_balanced(result)
 
@@ -80,7 +81,7 @@ def test_edges_that_are_not_parallel(tmp_path: Path, one: str, two: str) -> None
         mesh = MeshSettings(element=element, size=0.7 if element == "P1" else None)
         path = cube(tmp_path / f"{name}.geo", grid, float(z))
         files.append(FileStructure(name=name, material=name, path=str(path), trusted=True, mesh=mesh))
-    result, error = pair(3, tuple(files), ("lower.stone", "upper.stone"), "weighted", solver=TIGHT)
+    result, error = pair(3, tuple(files), ("lower.stone", "upper.stone"), "weighted")
     assert error < EXACT
     assert_balanced(result)
 
@@ -177,7 +178,7 @@ def test_under_an_oblique_load(ratio: tuple[int, int], elements: tuple[str, str]
         joints=(Joint(friction=0.6, placement="weighted"),),
         contact=Contact(update="fixed"),  # the shear strain turns frames by 1e-5
         analysis=Statics(),
-        solver=TIGHT,
+        solver=TIGHT if (ratio, elements) == ((2, 3), ("P1", "Q1")) else Solver(),
     )
     assert_balanced(result)
     assert error_of(result, np.array([[-side, 0, shear], [0, -side, 0], [shear, 0, -P]])) < EXACT
@@ -197,7 +198,6 @@ def test_turned_on_a_rigid_floor(cells: tuple[int, int]) -> None:
         joints=(Joint(friction=0.0, placement="weighted"),),
         loads=Loads(tractions=(Traction(on="upper/top", vector=turned(0, 0, -P)),)),
         analysis=Statics(),
-        solver=TIGHT,
     )
     assert_balanced(result)
     assert worst_stress(result, TURN[:, 2]) < EXACT

@@ -5,7 +5,11 @@ sticks or slips that did not before. What is left of balance then is so small th
 away, although its matrix is that of blocks which were turned a little less: a step costs a solution in place
 of a factor. Where some contact does change, steps lead nowhere, and none is made.
 
+A solution that is good enough is taken on in the same way: what its last factor takes away at no more than
+a solution each, stresses need not bear.
+
     start = continued(problem, start, settings)
+    made = taken_on(problem, made, settings)
 
 References
 ----------
@@ -14,12 +18,13 @@ C. T. Kelley, "Iterative Methods for Linear and Nonlinear Equations", SIAM (1995
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
+from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -30,6 +35,7 @@ from masonry_fem.nscd.solvers.newton_system import NewtonFactor
 FloatArray = NDArray[np.float64]
 
 FALL = 0.1  # of the error, which a step is to leave at most: a factor that fits leaves a thousandth or less
+FINE = 1e-13  # error from which on a solution is hardly known better
 
 
 def continued(problem: ContactProblem, start: Start | None, settings: SolverSettings) -> Start | None:
@@ -43,8 +49,8 @@ def continued(problem: ContactProblem, start: Start | None, settings: SolverSett
     """
     if start is None or start.impulse is None or start.velocity is None or start.rigid_velocity is None:
         return start
-    chord = _chord(problem, start.impulse, start.velocity)
-    if chord is None:
+    chord = _last(problem)
+    if chord is None or not chord.fits(start.impulse, start.velocity):
         return start
     impulse, motion, error = start.impulse, start.rigid_velocity, np.inf
     while True:
@@ -57,18 +63,34 @@ def continued(problem: ContactProblem, start: Start | None, settings: SolverSett
         impulse, motion = chord.led(impulse, motion)
 
 
-def _chord(problem: ContactProblem, impulse: FloatArray, velocity: FloatArray) -> _Chord | None:
-    """Steps with the last factor, where contacts are coupled as there, and open, stick or slip as there."""
+def taken_on(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Solution:
+    """A solution after as many steps with the last factor as each leave a tenth of its error at most.
+
+    Parameters
+    ----------
+    problem : The contact problem, with the structure that keeps the factor. made : Solves it.
+    settings : How well it is solved.
+    """
+    chord = _last(problem) if made.quality.error > FINE else None
+    while chord is not None and made.quality.error > FINE:
+        impulse, motion = chord.led(made.impulse, made.rigid_velocity)
+        quality = assess(problem, impulse, motion, least_impulse=settings.least_impulse)
+        if not quality.error <= FALL * made.quality.error:
+            break
+        velocity = problem.velocity(impulse, motion)
+        made = replace(made, impulse=impulse, velocity=velocity, rigid_velocity=motion, quality=quality)
+    return made
+
+
+def _last(problem: ContactProblem) -> _Chord | None:
+    """The last factor, where contacts are coupled as there."""
     structure = problem.structure
     if structure is None or structure.matrix is None or not structure.matrix.couples(problem):
         return None
     factor, stiffness = structure.factor, problem.cohesion_stiffness
     if factor is None or factor.terms is None or stiffness is not None or factor.stiffness is not None:
         return None
-    chord = _Chord(problem, factor, factor.terms)
-    line = linearise(problem.contact_part(impulse, velocity), velocity, problem.friction, chord.rho)
-    alike = np.array_equal(~line.open, chord.terms.closed) and np.array_equal(line.plain, chord.terms.plain)
-    return chord if alike else None
+    return _Chord(problem, factor, factor.terms)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +106,13 @@ class _Chord:
         """ρ of the contact function, shape (c,) [kg]."""
         rho: FloatArray = 1.0 / self.factor.system.scale
         return rho
+
+    def fits(self, impulse: FloatArray, velocity: FloatArray) -> bool:
+        """Whether contacts open, stick or slip as where the factor was made."""
+        pressed = self.problem.contact_part(impulse, velocity)
+        line = linearise(pressed, velocity, self.problem.friction, self.rho)
+        alike = np.array_equal(~line.open, self.terms.closed)
+        return alike and np.array_equal(line.plain, self.terms.plain)
 
     def led(self, impulse: FloatArray, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where a step leads, p (c, d) and U (b, m)."""

@@ -67,7 +67,7 @@ def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: st
 
     if not len(points):
         return
-    corners = 20 if fine else 6  # of an arrow's section: a large cloud needs memory
+    corners = 12 if fine else 6  # of an arrow's section: a large cloud needs memory
     arrow = pv.Arrow(
         tip_length=0.28,
         tip_radius=0.085,

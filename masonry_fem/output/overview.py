@@ -62,7 +62,7 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     if over:
         caption += f", colours end at {quantity(limit, 'Pa')}"
     sheet = Sheet(scenery.title or "Overview", caption)
-    label, limits = f"von Mises\nat nodes [{prefix}Pa]", (0.0, limit / factor)
+    label, limits = f"von Mises\nat nodes [{prefix}Pa]", (0.0, max(limit / factor, 1e-12))
     sheet.bar = ColourBar(label, STRESS_COLOURS, limits, over)
     extent = np.concatenate([shape.deformed().points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)

@@ -30,8 +30,12 @@ WINDOWS = {"EGL": "vtkEGLRenderWindow", "OSMesa": "vtkOSOpenGLRenderWindow"}  # 
 LOWEST, HIGHEST = 360, 1150  # pixels of an image's height
 MARGIN = 1.04
 THICK_FROM = 70  # pixels of a block's size from which its lines have their full width
-# from the eye: (right, up, near), intensity; shades as VTK's kit of five, whose drawing took twice the time
-LIGHTS = (((0.15, 0.71, 0.69), 0.97), ((-0.20, -0.90, 0.38), 0.42))
+# two lights (right, up, near) from the eye; VTK's own have highlights, too, whose powers are most of the work
+LIGHT = """
+  float lit = 0.97 * max(0.0, dot(normalVCVSOutput, normalize(vec3(0.15, 0.71, 0.69))))
+            + 0.42 * max(0.0, dot(normalVCVSOutput, normalize(vec3(-0.20, -0.90, 0.38))));
+  gl_FragData[0] = vec4(ambientColor + lit * diffuseColor, opacity);
+"""
 FINE = 2  # the image is drawn this many times finer and averaged: smooth edges on any driver
 
 
@@ -116,7 +120,14 @@ class Stage:
     def surface(self, mesh: Any, **options: Any) -> None:
         """Add faces, flat-lit in 2D; options as of pyvista's ``add_mesh``."""
         defaults = {"show_scalar_bar": False, "ambient": 0.62, "diffuse": 0.42, "line_width": FINE}
-        self.plotter.add_mesh(mesh, **({"lighting": not self.view.flat} | defaults | options))
+        self._lit(mesh, **(defaults | options))
+
+    def _lit(self, mesh: Any, **options: Any) -> None:
+        """Add a mesh that is lit, but in 2D."""
+        look = {"lighting": not self.view.flat} | options
+        actor = self.plotter.add_mesh(mesh, **look)
+        if look["lighting"]:
+            actor.GetShaderProperty().AddFragmentShaderReplacement("//VTK::Light::Impl", True, LIGHT, False)
 
     def lines(self, mesh: Any, colour: str, width: float, *, rank: int = 1, opacity: float = 1.0) -> None:
         """Add lines, a little nearer to the eye than what they lie on; a higher rank lies over a lower."""
@@ -132,9 +143,7 @@ class Stage:
             # along the line of sight nothing changes its place in a parallel projection
             lift = 2.2 * self.view.depth + self._lift * rank
             lifted = mesh.translate(self.view.axes[2] * lift, inplace=False)
-            self.plotter.add_mesh(
-                lifted, color=colour, lighting=not self.view.flat, ambient=0.55, diffuse=0.5
-            )
+            self._lit(lifted, color=colour, ambient=0.55, diffuse=0.5)
 
     def mark(self, mesh: Any, colour: str | None = None, *, rank: int = 3, **options: Any) -> None:
         """Add flat figures over everything else, in their own colour whatever the light."""
@@ -172,8 +181,7 @@ def _plotter() -> Any:
     import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
 
     plotter = pv.Plotter(off_screen=True, lighting="none")
-    for position, intensity in LIGHTS:
-        plotter.add_light(pv.Light(position=position, intensity=intensity, light_type="camera light"))
+    plotter.add_light(pv.Light(light_type="headlight"))  # without any, VTK's shaders have no normals
     plotter.set_background("white")
     plotter.disable_anti_aliasing()  # the finer image is what smooths edges
     plotter.suppress_rendering = True

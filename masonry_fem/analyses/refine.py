@@ -28,6 +28,7 @@ from masonry_fem.host.atomic import announce
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March
 from masonry_fem.output.folder import OWN, Folder
+from masonry_fem.output.report import write_report
 from masonry_fem.output.stress_error import block_errors, unjudged
 from masonry_fem.records.record import check_share
 from masonry_fem.records.told import write
@@ -100,6 +101,8 @@ def refine(
         result = search.result
         assert result is not None
         result.files[:] = [*files, write(out / "summary.json", result.summary)]
+        if scene.output.report:  # again: that of the round knows neither the folder nor the rounds
+            write_report(out)
     return Refinement(
         result, search.solved, search.reached, search.end, tuple(search.rounds), list(result.files)
     )

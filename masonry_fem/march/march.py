@@ -13,6 +13,8 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.clock import Clock
@@ -371,10 +373,11 @@ def _witnessed(
     still = within_tolerance(made, report, reached)
     buried = witness.objection(math.inf, still, static=static)  # blocks that are in each other
     objection = witness.objection(bound, still, static=static)
-    objection = _with_cure(objection, model, static=static, buried=objection == buried)
+    pair = witness.overlap.blocks
+    objection = _with_cure(objection, model, pair if objection == buried else (), static=static)
     if verdict == "finished" or (verdict == "equilibrium" and not objection):
         _doubt(model, made, report, bound)
-        _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
+        _tell_written(witness, _with_cure(buried, model, pair, static=static), made.scheme.step)
         _tell_drift(drift(model, made, report, reached), made.scheme.step)
     return ("no_convergence" if verdict == "equilibrium" and objection else verdict), objection
 
@@ -435,18 +438,32 @@ def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> N
         )
 
 
-def _with_cure(objection: str, model: Model, *, static: bool, buried: bool) -> str:
-    """An objection to what is written, and what may help; ``buried``: blocks are in each other."""
+def _with_cure(objection: str, model: Model, pair: tuple[str, ...], *, static: bool) -> str:
+    """An objection to what is written, and what may help; ``pair``: blocks that are in each other, if any."""
     if not objection:
         return ""
     cure = "Take more load steps" if static else "Take shorter steps"
-    if buried and model.meet is None:
+    if not pair:
+        return f"{objection}. {cure}."
+    if _impacts(model, pair):
+        return (
+            f"{objection}: contacts of form = 'velocity' act once faces have met, which may then be half of "
+            f"speed times step in each other, or a little more. {cure}."
+        )
+    if model.meet is None:
         cure = "With contact.update = 'fixed' blocks go through each other: leave it out"
-    elif buried and model.update is None:
+    elif model.update is None:
         cure += ", or contact.update = 'redetect' for rigid blocks that go far"
-    elif buried:
+    else:
         cure += ", or move the blocks apart"
-    return f"{objection}. {cure}."
+    return f"{objection}: contact between them came too late, or not at all. {cure}."
+
+
+def _impacts(model: Model, pair: tuple[str, ...]) -> bool:
+    """Whether contacts between two blocks are written in velocities."""
+    names = np.array([block.name for block in model.assembly.blocks])
+    between = np.isin(names[model.contacts.blocks], pair).all(axis=1)
+    return bool((between & model.laws.in_velocities).any())
 
 
 def _tell_written(witness: Witness, buried: str, step: float) -> None:

@@ -94,10 +94,7 @@ class Witness:
         if self.overlap.share <= OVERLAP or drift >= self.overlap.value:
             return ""
         first, second = self.overlap.blocks
-        return (
-            f"'{first}' and '{second}' overlap by {self.overlap.value:.3g} m (step "
-            f"{self.overlap.step}): contact between them came too late, or not at all"
-        )
+        return f"'{first}' and '{second}' overlap by {self.overlap.value:.3g} m (step {self.overlap.step})"
 
     def see(self, model: Model, state: SystemState) -> None:
         """Judge the state that a step reached."""

@@ -60,7 +60,7 @@ def frame(panel: Any) -> None:
 
 
 def head(figure: Any, title: str, words: str) -> None:
-    """Write the title, and below it a line that says what is drawn.
+    """Write the title, and below it a line that says what is drawn, smaller where it is long.
 
     Parameters
     ----------
@@ -68,7 +68,9 @@ def head(figure: Any, title: str, words: str) -> None:
     """
     tall = figure.get_figheight()
     figure.text(0.012, 1 - 0.26 / tall, title, fontsize=14, weight="bold", color=INK, va="center")
-    figure.text(0.012, 1 - 0.58 / tall, words, fontsize=9, color=PALE, va="center")
+    line = figure.text(0.012, 1 - 0.58 / tall, words, fontsize=9, color=PALE, va="center")
+    wide = line.get_window_extent().width / figure.bbox.width
+    line.set_fontsize(9 * min(1.0, 0.976 / wide) if words else 9)
 
 
 def save(figure: Any, path: Path) -> Path:

@@ -123,7 +123,8 @@ def interface_forces(
     reference = JointFaces.of(model) if reference is None else reference
     number, count = joints_of(model, reference), len(reference.first)
     points = both_points(model, state)
-    faces = moved_faces(model, state, reference, points)
+    nearest = nearest_contacts(model, reference)
+    faces = moved_faces(model, state, reference, points, nearest)
     sign = signs(model, reference)
     world = sign[:, None] * np.einsum("cai,ca->ci", state.reaction_frame, state.reaction)
     force = sum_by(world, number, count)
@@ -154,7 +155,6 @@ def interface_forces(
     openings = np.maximum(state.gap, 0.0)
     slide = slides_of(model, state, points)
     sized = np.linalg.norm(slide, axis=1)
-    nearest = nearest_contacts(model, reference)
     at = np.where((normal > 0)[:, None], eccentricity, np.nan)
     centre = sum_by(pressing[:, None] * state.points, number, count)
     centre = np.divide(centre, normal[:, None], out=np.full_like(centre, np.nan), where=loaded[:, None])

@@ -111,7 +111,13 @@ def _patches(
     if shown.any():
         opened = surface_of(faces.extract_cells(np.flatnonzero(shown)))
         stage.mark(opened, scalars="_value", cmap=COLOURS, clim=limits, opacity=0.85)
-        stage.mark(outline_of(opened), EDGE, rank=5, line_width=1.0)
+        _, joint, parts = np.unique(
+            faces.cell_data[fields.INTERFACE], return_inverse=True, return_counts=True
+        )
+        whole = shown & (parts[joint] == 1)  # edges between the parts of a round joint would cut it up
+        if whole.any():
+            edges = outline_of(surface_of(faces.extract_cells(np.flatnonzero(whole))))
+            stage.mark(edges, EDGE, rank=5, line_width=1.0)
 
 
 def _offsets(faces: Any) -> NDArray[np.int64]:

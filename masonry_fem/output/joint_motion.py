@@ -1,7 +1,7 @@
 """Joint motion: where the faces of joints are now, and how far the blocks have slid on each other.
 
     points = both_points(model, state)               # of candidates and antagonists
-    faces = moved_faces(model, state, JointFaces.of(model), points)
+    faces = moved_faces(model, state, JointFaces.of(model), points, nearest)
     slides_of(model, state, points)
 
 Faces move rigidly with the antagonists: the strains of elastic blocks are too small to matter here.
@@ -59,29 +59,32 @@ def signs(model: Model, faces: JointFaces) -> FloatArray:
     return np.where(model.contacts.blocks[:, 0] == candidate[joints_of(model, faces)], 1.0, -1.0)
 
 
-def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: FloatArray) -> JointFaces:
+def moved_faces(
+    model: Model, state: SystemState, faces: JointFaces, points: FloatArray, nearest: IntArray
+) -> JointFaces:
     """The faces where they are now: they rotate with the antagonists and slide with the candidates.
 
     Reactions act at the candidates' points; a face that stayed with the antagonist might no longer contain
-    its centre of pressure once the candidate has slid.
+    its centre of pressure once the candidate has slid. Corners of facets go with their nearest contacts.
 
     Parameters
     ----------
     model, state : Of which instant.
     faces : In the reference configuration.
     points : As ``both_points`` returns them.
+    nearest : As ``nearest_contacts`` returns them.
     """
     number, count = joints_of(model, faces), len(faces.first)
-    first = np.unique(number, return_index=True)[1]
-    turn = np.einsum("iab,iac->ibc", state.frame[first], model.contacts.frame[first])
+    turned = np.einsum("kab,kac->kbc", state.frame, model.contacts.frame)
+    turn = turned[np.unique(number, return_index=True)[1]]
     many = np.bincount(number)[:, None]
     ahead = points[:, 0] - points[:, 1]
     ahead -= np.einsum("ca,ca->c", ahead, state.frame[:, 0])[:, None] * state.frame[:, 0]
     before, shift = (
         sum_by(at, number, count) / many for at in (model.contacts.points[:, 1], points[:, 1] + ahead)
     )
-    corners, of = faces.facets.polygon, faces.facets.joint
-    moved = np.einsum("iab,ikb->ika", turn[of], corners - before[of, None]) + shift[of, None]
+    away = faces.facets.polygon - model.contacts.points[nearest, 1]
+    moved = np.einsum("ikab,ikb->ika", turned[nearest], away) + (points[:, 1] + ahead)[nearest]
     return replace(
         faces,
         facets=replace(faces.facets, polygon=moved),

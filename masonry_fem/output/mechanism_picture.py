@@ -31,7 +31,6 @@ PART_COLOURS = ("#9dbbd9", "#e7c08a", "#b7c4a0", "#c3b1cf", "#d9a99a", "#9fc3bd"
 FIXED, HINGE, SLIDING, OPENING, ARROW = "#cfd2d6", "#c8352b", "#7a4fa3", "#1b7f5c", INK
 CARRIED = 0.06  # of the structure's size: displacement of its fastest corner in the picture
 MANY = 60  # moving blocks: with more, there is one arrow per part instead of one per block
-KEYS = 4  # parts that the legend names
 
 
 def draw_mechanism(scenery: Scenery, mechanism: Mechanism, path: Path) -> Path:
@@ -163,8 +162,8 @@ def _keys(mechanism: Mechanism) -> list[Key]:
         Key("slides", SLIDING, "arrow", 34) if mechanism.of("slides") else None,
         Key("opens", OPENING) if mechanism.of("opens") else None,
     ]
-    keys = [key for key in told if key is not None]
-    for rank, part in enumerate(mechanism.bodies[:KEYS]):
+    keys = [key for key in told if key is not None] + [Key("fixed", FIXED)]
+    for part, colour in zip(mechanism.bodies, PART_COLOURS, strict=False):
         one = part.blocks[0] if len(part.blocks) == 1 else f"{part.blocks[0]} … {part.blocks[-1]}"
-        keys.append(Key(one, PART_COLOURS[rank % len(PART_COLOURS)]))
-    return [*keys, Key("fixed", FIXED)]
+        keys.append(Key(one, colour))
+    return keys

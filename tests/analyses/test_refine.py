@@ -86,6 +86,16 @@ def test_summary_has_the_table_of_rounds(found):
 
 
 @pytest.mark.slow
+def test_report_tells_the_rounds_and_how_to_run_it_again(tmp_path):
+    out = tmp_path / "fine"
+    refine(wall(output=Output(fields=False, pictures=False, report=True)), out, target=0.115)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    rounds = json.loads((out / "summary.json").read_text(encoding="utf-8"))["refinement"]["rounds"]
+    assert len(rounds) > 1
+    assert all(f">round {one['round']}</th>" in page for one in rounds)
+    assert "as_run.toml --out fine<" in page
+
+
 def test_refined_scene_runs_again_to_the_same_answer(found, tmp_path):
     result, out = found
     again = run(load(out / "refined.toml"), tmp_path, base=out)

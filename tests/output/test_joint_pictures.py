@@ -13,6 +13,7 @@ from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output import (
+    chart,
     cut,
     fields,
     interface_fields,
@@ -365,3 +366,23 @@ def test_a_scene_names_its_pictures_and_thrust_needs_no_other_key(tmp_path):
     made = recorder(request)
     assert made._joints
     assert made._only == {"thrust"}
+
+
+@draws
+def test_light_comes_from_the_upper_right():
+    """Of a cube seen from its front, left and above, the top is lit most, and the left side least."""
+    stage = Stage(View.of(np.array([[0.0, 0, 0], [1, 1, 1]]), 3), 500)
+    cube = pv.Box((0, 1, 0, 1, 0, 1))
+    stage.surface(cube, color="white")
+    image = stage.image().astype(int)[..., 0]
+    shades, counts = np.unique(image, return_counts=True)
+    faces = shades[counts > 0.04 * image.size]
+    assert len(faces) == 4  # and the white around it
+    assert 140 < faces[0] < faces[1] < faces[2] < 255
+
+
+def test_lines_below_a_title_fit_into_their_figure():
+    for words in ("few words", "many words " * 30):
+        figure = chart.blank(6.0, 4.0)
+        chart.head(figure, "title", words)
+        assert figure.texts[-1].get_window_extent().x1 <= figure.bbox.x1

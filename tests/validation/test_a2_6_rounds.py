@@ -87,3 +87,9 @@ def test_rings_rub_exactly(tmp_path: Path) -> None:
     assert 0 <= table.sliding_margin[0] <= 0.6
     before = np.array([one.polygon.mean(axis=0) for one in model.interfaces])
     assert np.abs(table.faces.facets.polygon.mean(axis=1) - before).max() < 5e-3
+    # its ends stay on the rollers, and its corners move inwards with the stone, not as one rigid arc
+    moved = table.faces.facets.polygon - table.corner_reference
+    for axis in (0, 1):
+        assert np.abs(moved[np.abs(table.corner_reference[..., axis]) < 1e-9, axis]).max() < 1e-6
+    radii = [np.linalg.norm(at, axis=2) for at in (table.corner_reference, table.faces.facets.polygon)]
+    assert (radii[0] - radii[1]).min() > 1e-4

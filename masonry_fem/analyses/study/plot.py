@@ -168,11 +168,10 @@ def _spot(axis: Any, point: Point, colour: str, mark: str) -> None:
 
 
 def _minor(value: float, limits: tuple[float, float], unit: str) -> str:
-    """Label of a tick between powers of ten, where there are few of these: 0.2, 0.5."""
-    if limits[1] / limits[0] > 200:
-        return ""
-    first = f"{value:.3e}"[0]
-    return f"{value:.6g}{unit}" if first in "25" else ""
+    """Label of a tick between powers of ten, where there are few of these: 0.2, 0.5; all of a short scale."""
+    span = limits[1] / limits[0]
+    told = span < 2 or (span <= 200 and f"{value:.3e}"[0] in "25")
+    return f"{value:.6g}{unit}" if told else ""
 
 
 def _height(point: Point) -> float:

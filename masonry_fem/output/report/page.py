@@ -22,6 +22,7 @@ from masonry_fem.host.atomic import write_atomic
 from masonry_fem.host.phases import phase
 from masonry_fem.output.components import greatest, in_words
 from masonry_fem.output.extremes import combination_rows
+from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.report.lights import doubts, lights, measures, worst
 from masonry_fem.output.report.model3d import packed
 from masonry_fem.output.report.plots import plots
@@ -217,6 +218,7 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
         "plots": plots(_history(whole / "history.csv"), dimension),
         "stages": stages(directory, summary.get("stages") or ()),
         "combinations": list(combination_rows(summary)),
+        "refinement": list(refinement_rows(summary)),
         "model": packed(whole),
         "left_out": [],
         "energy": _energies(_part(summary, "energy")),

@@ -248,7 +248,7 @@ class _Pen:
             look: dict[str, Any] = {"color": colours(np.inf), "lw": 0, "transform": self._pixels}
             self._figure.add_artist(Polygon(corners[2:], **look))
         self._line(*zip(*corners, corners[0], strict=True), color="black", lw=0.6)
-        for value in AutoLocator().tick_values(first, last).tolist():
+        for value in AutoLocator().tick_values(first, last):
             if first <= value <= last:
                 at = low + tall * (value - first) / (last - first)
                 self._line([right, right + 6], [at, at], color=INK, lw=0.8)

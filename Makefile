@@ -14,7 +14,9 @@ BIN := .venv/bin
 PYTEST_ARGS ?=
 export PYTHON
 
-# One thread a process: the tests run in two processes, and small blocks gain nothing from more.
+# Two processes that keep a file's tests together, so that what they share is made once.
+TWO := -n 2 --dist worksteal
+# One thread a process: small blocks gain nothing from more.
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MKL_NUM_THREADS=1
 # Some kernels that are asked for crash without this on some processors, see tests/kernels.py.
 ASKED := OPENBLAS_L2_SIZE=512
@@ -38,10 +40,10 @@ demo: .venv/.demo
 	$(BIN)/masonry-fem run demos/arch.toml --out results/arch
 
 test: .venv/.test
-	$(if $(OPENBLAS_CORETYPE),$(ASKED)) $(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m "not slow" $(PYTEST_ARGS)
+	$(if $(OPENBLAS_CORETYPE),$(ASKED)) $(ONE_THREAD) $(BIN)/python -m pytest $(TWO) -m "not slow" $(PYTEST_ARGS)
 
 test-all: .venv/.test
-	$(if $(OPENBLAS_CORETYPE),$(ASKED)) $(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS)
+	$(if $(OPENBLAS_CORETYPE),$(ASKED)) $(ONE_THREAD) $(BIN)/python -m pytest $(TWO) $(PYTEST_ARGS)
 
 # The suite runs with the code that OpenBLAS picks for the processor; this selection with another one,
 # where there is one that the processor can run.
@@ -52,7 +54,7 @@ test-kernels: .venv/.test
 	@other=$$($(BIN)/python -m tests.kernels --other) && \
 	if [ -z "$$other" ]; then echo "test-kernels: skipped, no second kernel can be had here"; else \
 	echo "test-kernels: $(ROUNDED) with OPENBLAS_CORETYPE=$$other" && \
-	OPENBLAS_CORETYPE=$$other $(ASKED) $(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS) $(ROUNDED); fi
+	OPENBLAS_CORETYPE=$$other $(ASKED) $(ONE_THREAD) $(BIN)/python -m pytest $(TWO) $(PYTEST_ARGS) $(ROUNDED); fi
 
 lint: .venv/.test
 	$(BIN)/ruff check .

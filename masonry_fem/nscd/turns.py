@@ -306,7 +306,7 @@ TURNS = (
         NEWTON_STEPS,
         "cold",
     ),
-    Turn("firm newton", lambda at: at.open and at.few and not at.plain, _firm_newton, NEWTON_STEPS),
+    Turn("firm newton", lambda at: at.open and at.few and not at.plain, _firm_newton, NEWTON_STEPS, "cold"),
     Turn("path", lambda at: at.open and not at.plain and at.followable, _path, origin="best", above=NEAR),
     Turn(
         "patient newton",

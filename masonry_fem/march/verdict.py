@@ -156,18 +156,18 @@ def _onward(end: End) -> str:
     if made.scheme.inertia:
         return "The stone yields too far in one step: take shorter steps."
     (softens,) = (nonlinear(group).softens for group in model.groups if made.unsettled in group.blocks)
-    if end.report.material_dissipation == 0:
-        why = (
-            "No stone has flowed or cracked: it is not strength that ends it, but blocks that move too far "
-            "in a step, as where they slide or tip. See what should hold them (supports, friction, joints), "
-            "or run dynamics to watch the motion"
-        )
-    elif softens:
+    if softens:
         why = (
             "The stone loses strength as it cracks: past a peak, and where the structure snaps back, no "
             "greater load has an equilibrium near by. Let the load follow from the opening of the crack "
             "(analysis.kind = 'path'), prescribe a displacement instead of a load, or run dynamics to watch "
             "the stone break"
+        )
+    elif end.report.material_dissipation == 0:
+        why = (
+            "No stone has flowed: it is not strength that ends it, but blocks that move too far "
+            "in a step, as where they slide or tip. See what should hold them (supports, friction, joints), "
+            "or run dynamics to watch the motion"
         )
     else:
         why = (

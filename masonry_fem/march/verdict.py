@@ -163,6 +163,12 @@ def _onward(end: End) -> str:
             "(analysis.kind = 'path'), prescribe a displacement instead of a load, or run dynamics to watch "
             "the stone break"
         )
+    elif end.report.material_dissipation == 0:
+        why = (
+            "No stone has flowed: it is not strength that ends it, but blocks that move too far "
+            "in a step, as where they slide or tip. See what should hold them (supports, friction, joints), "
+            "or run dynamics to watch the motion"
+        )
     else:
         why = (
             "The stone flows, and no load beyond its limit has an equilibrium. Prescribe a displacement "

@@ -166,7 +166,7 @@ Pages with more comparisons, each checked by tests:
 | Duhamel's integral, Housner's block under pulses, spectra | [Shaking](shaking.md#known-answers) |
 | least thickness, friction and spread of arches | [Thresholds](thresholds.md) |
 | rafters, portals and rings with ties | [Ties](ties.md) |
-| laws of stone, limit loads, cracks, stones that turn | [Stones that turn, yield and crack](inelastic.md) |
+| laws of stone, limit loads, cracks, rotations | [Stones that turn, yield and crack](stones_shown.md) |
 | real walls and bridges beside tests | [Real walls and bridges](real_structures.md) |
 """
 

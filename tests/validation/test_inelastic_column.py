@@ -276,6 +276,52 @@ def test_a_load_that_is_too_much_is_told_with_the_stone_its_law_and_the_load():
     assert carried == pytest.approx(1.7 * STRENGTH * reached, rel=1e-8)
 
 
+PRESSURE, WEIGHT = 2e6, 2000.0 * 9.81  # [Pa], [N/m³]
+
+
+def soft(fidelity: str, cohesion: float, young: float = 1e8, cells: int = 4, *, held: bool = True) -> Scene:
+    """Three stones of 0.5 m on each other under 2 MPa, in plane strain, without friction in their beds."""
+    scene = squeezed(2, fidelity=fidelity, cells=cells, cohesion=cohesion)
+    materials = {"m": msgspec.structs.replace(scene.materials["m"], young=young)}
+    stack = msgspec.structs.replace(scene.structures[0], size=(0.5, 0.5), count=3)
+    sides = [Support(on=f"s.b{k}/left", components=("x",)) for k in (1, 2, 3)]
+    top = Traction(on="s.b3/top", vector=(0.0, -PRESSURE))
+    return msgspec.structs.replace(
+        scene, materials=materials, structures=(stack,), supports=tuple(sides) if held else (),
+        loads=Loads(gravity=(0.0, -9.81), tractions=(top,)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("fidelity", ["elastic", "inelastic"])
+def test_a_soft_pillar_shortens_by_three_per_cent(fidelity):
+    result = ran(soft(fidelity, C))
+    assert result.march.outcome == "equilibrium"
+    state, groups = result.march.state, result.march.model.groups
+    sunk = min(group.displacements(own).min() for group, own in zip(groups, state.bodies, strict=True))
+    assert -sunk == pytest.approx((PRESSURE + WEIGHT * 0.75) * 1.5 * (1 - 0.2**2) / 1e8, rel=1e-3)
+
+
+def test_a_soft_pillar_bears_its_strength():
+    """With associated flow the cone is Mohr and Coulomb's in plane strain, of tan φ' = 3η/√(9 - 12η²)."""
+    cohesion, sine = 1.5e5, np.sin(np.radians(PHI))
+    eta, xi = 6 * np.array([sine, np.cos(np.radians(PHI))]) / (np.sqrt(3) * (3 - sine))
+    friction = np.arctan(3 * eta / np.sqrt(9 - 12 * eta**2))
+    strength = 2 * cohesion * xi / eta * np.tan(friction) * np.cos(friction) / (1 - np.sin(friction))
+    result = ran(soft("inelastic", cohesion))
+    assert result.march.outcome == "no_convergence"
+    assert "'s.b1' (drucker_prager)" in result.march.message
+    assert "The stone flows" in result.march.message
+    limit = strength / (PRESSURE + 1.5 * WEIGHT)
+    assert limit - 1 / 96 <= result.march.state.time <= limit
+
+
+def test_stones_are_not_told_to_flow_where_only_their_place_is_lost():
+    """Without friction and held by nothing, soft stones slide off each other once rounding moves one."""
+    scene = soft("inelastic", 1e12, young=3e7, cells=3, held=False)
+    few = msgspec.structs.replace(scene.solver, max_iterations=30)
+    assert "The stone flows" not in ran(msgspec.structs.replace(scene, solver=few)).march.message
+
+
 @pytest.mark.slow
 def test_stones_that_flow_beyond_what_their_law_describes_are_told():
     """Rough beds hold three stones, whose free ones bear 3.5 MPa; under 8 MPa they are ten times as flat."""

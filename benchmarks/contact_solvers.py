@@ -3,6 +3,7 @@
 python -m benchmarks.contact_solvers                       # our own walls
 python -m benchmarks.contact_solvers --data DIR            # and the contact problems (.npz) of a folder
 python -m benchmarks.contact_solvers --walls 64x64 --solvers auto,clarabel --tolerances 1e-8
+python -m benchmarks.contact_solvers --walls 128x128 --loads 0.1 --frictions 0.6 --solvers auto
 
 The error is the unit-free natural map (``Quality.natural_map``), made from p and U alone. A solver
 stops on ``Quality.error``, which is stricter. ``clarabel`` solves the convex problem with the friction
@@ -54,14 +55,16 @@ class Row:
         return self.error <= self.tolerance
 
 
-def problems(walls: list[str], data: Path | None) -> Iterator[tuple[str, ContactProblem]]:
+def problems(
+    walls: list[str], loads: list[str], frictions: list[str], data: Path | None
+) -> Iterator[tuple[str, ContactProblem]]:
     """Names and problems, one after the other: a large wall's W is some hundred megabytes."""
     for path in sorted(data.glob("*.npz")) if data else ():
         yield path.stem, load_problem(path)
     for size in walls:
         bricks, courses = (int(part) for part in size.split("x"))
-        for load in LOADS:
-            for friction in FRICTIONS:
+        for load in loads:
+            for friction in frictions:
                 wall = rigid_wall(bricks, courses, friction=float(friction), horizontal=float(load))
                 yield f"{size}, {load} g, µ {friction}", wall
 
@@ -143,6 +146,8 @@ def told(rows: list[Row]) -> Table:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--walls", default=",".join(WALLS[:3]), help="bricks x courses, or none")
+    parser.add_argument("--loads", default=",".join(LOADS), help="horizontal accelerations [g]")
+    parser.add_argument("--frictions", default=",".join(FRICTIONS), help="friction coefficients")
     parser.add_argument("--data", type=Path, help="folder of contact problems")
     parser.add_argument("--solvers", default="auto,newton,interior_point,nsgs")
     parser.add_argument("--tolerances", default="1e-4,1e-8")
@@ -153,7 +158,8 @@ def main() -> None:
     solve(rigid_wall(5, 4))  # compiled code is loaded, not timed
     solve(rigid_wall(5, 4), SolverSettings(method="nsgs", tolerance=1e-4))
     rows = []
-    for name, problem in track(list(problems(walls, given.data)), description="solving"):
+    chosen = problems(walls, given.loads.split(","), given.frictions.split(","), given.data)
+    for name, problem in track(list(chosen), description="solving"):
         for solver in given.solvers.split(","):
             if solver == "clarabel" and not (problem.rigid and problem.body_count):
                 continue

@@ -95,7 +95,8 @@ def refine(
     out, base = Path(out), Path(base)
     check_share("the error to refine to", target)
     refuse_start(scene, "refinement")
-    search = _Search(check(scene, base=base), base, Limits(target, most_rounds, most_unknowns))
+    scene = check(scene, base=base)
+    search = _Search(scene, base, Limits(target, most_rounds, most_unknowns))
     with Folder(out, "run", title=scene.title, clears=("view",)):
         files = _rounds(search, out, quiet, tell)
         result = search.result

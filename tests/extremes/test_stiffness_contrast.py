@@ -49,8 +49,12 @@ def test_column_of_any_stiffness(edge: float, young: float) -> None:
 @pytest.mark.parametrize("pair", [[None, YOUNG], [YOUNG, None]])
 @pytest.mark.parametrize(("young", "error"), [(1e3, 1e-11), (1e10, 1e-10), (1e14, 1e-6), (1e18, 1e-2)])
 def test_column_of_rigid_and_elastic_cubes(pair: list[float | None], young: float, error: float) -> None:
-    """Between rigid cubes some m high, settlements are exact to the rounding of places, some 1e-15 m."""
-    result = solve_scene(column([None if e is None else young for e in pair] * 3))
+    """Between rigid cubes some m high, settlements are exact to the rounding of places, some 1e-15 m.
+
+    The softest ones are strained by 110: where stones turn, such a column without friction buckles.
+    """
+    turning = {"contact": LINEAR} if young < 1e6 else {}
+    result = solve_scene(column([None if e is None else young for e in pair] * 3, **turning))
     assert result.outcome == "equilibrium"
     assert column_error(result) < error
     assert max(certificate(result).values()) < 1e-9

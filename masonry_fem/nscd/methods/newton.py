@@ -80,6 +80,7 @@ class ProximalNewton:
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
+    rise : Factor by which an error may exceed the least so far; a step that raises it further ends the run.
     library : Linear factor, see ``linear``.
     """
 
@@ -93,6 +94,7 @@ class ProximalNewton:
     grip: float = 0.0
     moving: bool = False
     iterations: int = 400
+    rise: float = np.inf
     library: Library = "auto"
 
     @property
@@ -196,7 +198,7 @@ class NewtonRun:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """One Newton step; a round that is solved moves the centre."""
-        if self._rounded(quality, settings.tolerance):
+        if quality.error > self.settings.rise * self.least or self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
         self.wanted = settings.tolerance
         if settings.time_limit is not None:

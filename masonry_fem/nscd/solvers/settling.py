@@ -50,8 +50,9 @@ MOST = 0.5
 # Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,
 # and the least over that at which the whole ends.
 SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
-# The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on.
-ENOUGH, LEAST, FURTHER = 0.1, 0.5, 20
+# The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on, of which
+# one that raises the error by such a factor is the last: none has been seen to lead on within the others.
+ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3
 # Of the error that a part had: what is taken where it does not come to what is good enough.
 BETTER = 0.1
 # Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
@@ -233,7 +234,7 @@ class _Rest:
         """Its best state: first one that is good enough, then a few steps towards what is wanted."""
         found = self._enough(replace(self.settings, tolerance=self.enough))
         if found.converged and found.quality.error > self.settings.tolerance:
-            held = replace(self.held, iterations=FURTHER)
+            held = replace(self.held, iterations=FURTHER, rise=RISE)
             found = _better(found, self._solved(held, self.settings, _ahead(found)))
         return found
 

@@ -5,8 +5,8 @@ sticks or slips that did not before. What is left of balance then is so small th
 away, although its matrix is that of blocks which were turned a little less: a step costs a solution in place
 of a factor. Where some contact does change, steps lead nowhere, and none is made.
 
-A solution that is good enough is taken on in the same way: what its last factor takes away at no more than
-a solution each, stresses need not bear.
+A solution that is good enough is taken on in the same way, for a few steps: what its last factor takes away
+at no more than a solution each, stresses need not bear.
 
     start = continued(problem, start, settings)
     made = taken_on(problem, made, settings)
@@ -35,7 +35,7 @@ from masonry_fem.nscd.solvers.newton_system import NewtonFactor
 FloatArray = NDArray[np.float64]
 
 FALL = 0.1  # of the error, which a step is to leave at most: a factor that fits leaves a thousandth or less
-FINE = 1e-13  # error from which on a solution is hardly known better
+FINE, STEPS = 1e-13, 4  # error from which on a solution is hardly known better, and steps towards it
 
 
 def continued(problem: ContactProblem, start: Start | None, settings: SolverSettings) -> Start | None:
@@ -64,21 +64,26 @@ def continued(problem: ContactProblem, start: Start | None, settings: SolverSett
 
 
 def taken_on(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Solution:
-    """A solution after as many steps with the last factor as each leave a tenth of its error at most.
+    """The best of a solution and of those that a few steps with the last factor lead to.
+
+    A contact next to the edge of its cone may slip in one step and stick in the next, so that an error may
+    rise before it falls.
 
     Parameters
     ----------
     problem : The contact problem, with the structure that keeps the factor. made : Solves it.
     settings : How well it is solved.
     """
-    chord = _last(problem) if made.quality.error > FINE else None
-    while chord is not None and made.quality.error > FINE:
-        impulse, motion = chord.led(made.impulse, made.rigid_velocity)
-        quality = assess(problem, impulse, motion, least_impulse=settings.least_impulse)
-        if not quality.error <= FALL * made.quality.error:
+    chord = _last(problem)
+    impulse, motion = made.impulse, made.rigid_velocity
+    for _ in range(STEPS):
+        if chord is None or made.quality.error <= FINE:
             break
-        velocity = problem.velocity(impulse, motion)
-        made = replace(made, impulse=impulse, velocity=velocity, rigid_velocity=motion, quality=quality)
+        impulse, motion = chord.led(impulse, motion)
+        quality = assess(problem, impulse, motion, least_impulse=settings.least_impulse)
+        if quality.error < made.quality.error:
+            velocity = problem.velocity(impulse, motion)
+            made = replace(made, impulse=impulse, velocity=velocity, rigid_velocity=motion, quality=quality)
     return made
 
 

@@ -112,6 +112,7 @@ def test_they_begin_without_stress_where_the_others_are(tmp_path):
     assert bed_gaps(model, start).max() <= 1e-6
 
 
+@pytest.mark.slow
 def test_in_the_reference_they_hang_over_what_has_sunk(tmp_path):
     model, start = second_stage(tmp_path, "reference")
     assert bed_gaps(model, start).max() > 0.04

@@ -88,6 +88,7 @@ def test_values_have_units_and_directions(pier: Path, tmp_path: Path) -> None:
     assert found.summary.along == pytest.approx([-math.sqrt(0.5)] * 2)
 
 
+@pytest.mark.slow
 def test_elastic_blocks_and_steps_in_time(pier: Path, tmp_path: Path) -> None:
     changes = ["fidelity=elastic", "analysis={kind='equilibrium', strategy='brutal_damping', step=0.01}"]
     found = threshold(pier, "joints.0.friction", (0.01, 0.9), overrides=changes, out=tmp_path / "out")
@@ -95,6 +96,7 @@ def test_elastic_blocks_and_steps_in_time(pier: Path, tmp_path: Path) -> None:
     assert "limit analysis counts elastic blocks as rigid" in found.summary.notes
 
 
+@pytest.mark.slow
 def test_a_march_in_time_falls_once_a_stone_has_toppled(pier: Path, tmp_path: Path) -> None:
     """A step of acceleration tips a block where a is more than g b/h; how long it lasts does not matter."""
     changes = ["joints.0.friction=2", "analysis={kind='dynamics', step=0.01, duration=4}"]
@@ -272,6 +274,7 @@ def test_stages(pier: Path, tmp_path: Path, key: str, along, ends: tuple[float, 
     assert sorted((tmp_path / "out" / "stages").iterdir()) == sorted(shared)
 
 
+@pytest.mark.slow
 def test_a_stage_in_time_whose_stone_has_toppled_is_no_start(pier: Path, tmp_path: Path) -> None:
     """Lying on the ground it would stand in the next stage; a second search does not take it for a start."""
     pier.write_text(

@@ -190,6 +190,7 @@ def test_a_movie_has_a_frame_a_step(recorded, tmp_path):
     assert not list(tmp_path.glob("*.part"))
 
 
+@pytest.mark.slow
 @draws
 def test_one_step_grows_and_goes_back(tmp_path):
     recorded = Recorded.of(folder(tmp_path, steps=1))

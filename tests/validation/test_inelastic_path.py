@@ -123,6 +123,7 @@ def test_a_control_that_no_load_moves_is_told():
     assert "no load factor was found that takes the control, a point of 'bar', to its place" in result.message
 
 
+@pytest.mark.slow
 def test_a_peak_is_told_and_what_leads_past_it():
     """In statics the load ends at the strength; nothing balances beyond."""
     scene = hung()

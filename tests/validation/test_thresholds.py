@@ -86,7 +86,10 @@ TIPPING = ["loads.accelerations.0.vector", "--between", "0.1", "8", "--along"]
         (solid(BLOCK), [*TIPPING, "1", "0", "0"], 9.81 / 4, 0.002, True),
         (solid(BLOCK), [*TIPPING, "1", "1", "0"], 9.81 * math.sqrt(2) / 4, 0.002, True),
         (solid(BLOCK), [*TIPPING, "-2", "1", "0"], 9.81 * math.sqrt(5) / 8, 0.002, True),
-        (arch(0.15, 20, more=SPREAD), [*SPREADING, "--between", "0.05", "0.2"], 0.1079, 0.01, False),
+        pytest.param(
+            arch(0.15, 20, more=SPREAD), [*SPREADING, "--between", "0.05", "0.2"], 0.1079, 0.01, False,
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             arch(0.12, 20, more=SPREAD), [*SPREADING, "--between", "0.01", "0.1"], 0.0335, 0.01, False,
             marks=pytest.mark.slow,

@@ -253,6 +253,7 @@ def test_columns_are_the_first_of_each_target() -> None:
     assert shown(aims[:1]) == ["e"]
 
 
+@pytest.mark.slow
 def test_a_key_of_the_last_stage(tmp_path: Path) -> None:
     """The stage before is run once; each value goes on from there, and the last one pushes stones apart."""
     path = tmp_path / "pier.toml"

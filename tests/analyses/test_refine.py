@@ -96,6 +96,7 @@ def test_report_tells_the_rounds_and_how_to_run_it_again(tmp_path):
     assert "as_run.toml --out fine<" in page
 
 
+@pytest.mark.slow
 def test_refined_scene_runs_again_to_the_same_answer(found, tmp_path):
     result, out = found
     again = run(load(out / "refined.toml"), tmp_path, base=out)

@@ -53,8 +53,8 @@ def test_column_of_rigid_and_elastic_cubes(pair: list[float | None], young: floa
 
     The softest ones are strained by 110: where stones turn, such a column without friction buckles.
     """
-    turning = {"contact": LINEAR} if young < 1e6 else {}
-    result = solve_scene(column([None if e is None else young for e in pair] * 3, **turning))
+    fixed = {"contact": LINEAR} if young < 1e6 else {}
+    result = solve_scene(column([None if e is None else young for e in pair] * 3, **fixed))
     assert result.outcome == "equilibrium"
     assert column_error(result) < error
     assert max(certificate(result).values()) < 1e-9

@@ -160,7 +160,7 @@ class NewtonRun:
         self.factors = 0
         self.flips = Flips(problem.friction)
         self.weight = weight if settings.weight is None else settings.weight
-        self.least_weight = min(self.least_weight, self.weight)
+        self.least_weight = min(self.least_weight, self.weight)  # a given one may be below the usual floor
         self.static_mass = _SOFT
         self.bonded = True
         self.impulse = np.zeros_like(problem.free_velocity)

@@ -74,16 +74,18 @@ def taken_on(problem: ContactProblem, made: Solution, settings: SolverSettings) 
     problem : The contact problem, with the structure that keeps the factor. made : Solves it.
     settings : How well it is solved.
     """
-    chord, best = _last(problem), made
-    impulse, motion = made.impulse, made.rigid_velocity
+    chord = None if made.quality.error <= FINE else _last(problem)
+    if chord is None:
+        return made
+    best, impulse, motion = made, made.impulse, made.rigid_velocity
     for _ in range(STEPS):
-        if chord is None or best.quality.error <= FINE:
-            break
         impulse, motion = chord.led(impulse, motion)
         quality = assess(problem, impulse, motion, least_impulse=settings.least_impulse)
         if quality.error < best.quality.error:
             velocity = problem.velocity(impulse, motion)
             best = replace(best, impulse=impulse, velocity=velocity, rigid_velocity=motion, quality=quality)
+        if best.quality.error <= FINE:
+            break
     return best if best.quality.error <= FALL * made.quality.error else made
 
 

@@ -51,7 +51,7 @@ MOST = 0.5
 # and the least over that at which the whole ends.
 SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
 # The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on, of which
-# one that raises the error by such a factor is the last: none has been seen to lead on within the others.
+# one that raises the error by such a factor is the last: after it none has come to what is wanted.
 ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3
 # Of the error that a part had: what is taken where it does not come to what is good enough.
 BETTER = 0.1

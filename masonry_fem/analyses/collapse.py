@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from masonry_fem.analyses.bracket import Bracket
+from masonry_fem.analyses.cells.unwritten import unwritten
 from masonry_fem.analyses.limit import growth_of, posed
 from masonry_fem.analyses.pushing import Push
 from masonry_fem.analyses.run.reopening import refuse_start
@@ -118,7 +119,7 @@ def collapse(
     refuse_start(scene, "a search for collapse")
     built = build(scene, base)
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
-    notes = [*scene.design.loads.notes, *push.notes]
+    notes = [*unwritten(scene, "a search for collapse"), *scene.design.loads.notes, *push.notes]
     bound = _limit(scene, built, push, notes) if limit else None
     trials = Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
     bracket = Bracket(trials.attempt, tolerance=tolerance, first=push.first)

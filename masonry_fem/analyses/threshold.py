@@ -23,6 +23,7 @@ from masonry_fem.analyses.cells.cell import fingerprint
 from masonry_fem.analyses.cells.history import FOLDER, last_stage
 from masonry_fem.analyses.cells.kept import Kept
 from masonry_fem.analyses.cells.source import Source
+from masonry_fem.analyses.cells.unwritten import unwritten
 from masonry_fem.analyses.single_run import RunEnd, ask_limit_analysis, run_once
 from masonry_fem.analyses.swept_key import SweptKey
 from masonry_fem.errors import MasonryError, ProblemError
@@ -126,7 +127,12 @@ def threshold(
             tell,
         )
         runs.search(tolerance, guess)
-    notes = [*trials.notes, *repeated(remarks), *_doubts(runs, static, tolerance)]
+    notes = [
+        *unwritten(trials.scenes[0], "a search for a threshold"),
+        *trials.notes,
+        *repeated(remarks),
+        *_doubts(runs, static, tolerance),
+    ]
     for note in notes:
         logger.info("%s", note)
     summary = ThresholdTold(

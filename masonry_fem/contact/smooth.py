@@ -67,6 +67,19 @@ def round_joints(assembly: Assembly, interfaces: Sequence[Interface], smooth: Se
     return found
 
 
+def joints_of(assembly: Assembly, interfaces: Sequence[Interface]) -> IntArray:
+    """``round_joints`` for whoever does not have the round faces of the shapes, shape (i,).
+
+    Parameters
+    ----------
+    assembly : The blocks. interfaces : Where they touch.
+    """
+    solids = [shape.solid for shape in assembly.shapes]
+    normals = [np.array([solid.normal(face) for face in range(len(solid.faces))]) for solid in solids]
+    smooth = [smooth_faces(solid, own) for solid, own in zip(solids, normals, strict=True)]
+    return round_joints(assembly, interfaces, smooth)
+
+
 def curvatures(mesh: Mesh, facets: IntArray, smooth: IntArray) -> FloatArray:
     """How normals turn along facets of round faces, by least squares from facets that touch them.
 

@@ -1,6 +1,6 @@
 """Prestress: the least that joints must be pressed beforehand for the loads to be carried.
 
-    found = least_prestress(problem, joints=[3, 4], pressed=normal)
+    found = least_prestress(problem, joints=[(3,), (4, 5)], pressed=normal)
     found.thrust            # N: with less in every one of these joints no reactions balance the loads
 
 Of all reactions within the cones that balance the loads, those for which the greatest thrust that a joint
@@ -37,13 +37,15 @@ class Prestress:
     unbalanced: float
 
 
-def least_prestress(problem: LimitProblem, joints: Sequence[int], pressed: FloatArray) -> Prestress | None:
+def least_prestress(
+    problem: LimitProblem, joints: Sequence[Sequence[int]], pressed: FloatArray
+) -> Prestress | None:
     """The least thrust on top with which the dead loads are carried; None where nothing carries them.
 
     Parameters
     ----------
     problem : Its dead loads count.
-    joints : Numbers of the model's interfaces that may be pressed, (j,).
+    joints : Those that may be pressed, each as the numbers of its facets among the model's interfaces, (j,).
     pressed : Normal force that is there already at each contact point, shape (c,) [N].
 
     Raises
@@ -52,7 +54,8 @@ def least_prestress(problem: LimitProblem, joints: Sequence[int], pressed: Float
     """
     c, d = problem.points.shape
     rank = np.full(len(problem.model.interfaces), -1)
-    rank[list(joints)] = np.arange(len(joints))
+    for number, facets in enumerate(joints):
+        rank[list(facets)] = number
     joint = rank[problem.model.contacts.interface]
     own = np.flatnonzero((joint >= 0) & problem.active)
     k, j = len(own), len(joints)

@@ -36,15 +36,18 @@ class Joint:
 
     Attributes
     ----------
-    interface : Its number in the model. label : Of its faces.
+    interface : Its number in the model, the first of several. label : Of its faces.
+    facets : All of its numbers: a joint that is round, or in parts, has several.
     numbers : Of its blocks in the assembly. between : Their names.
     how : ``hinge``, ``slides`` or ``opens``.
-    at : Where: the hinge, or the middle of the contact points, shape (d,) [m].
+    at : Where: the hinge, or the middle of the contact points, of several facets that of the fastest,
+        shape (d,) [m].
     turn : Spin of the first block against the second, shape (1 or 3,) [rad/s].
     slip : Velocity of the first against the second there, world axes, shape (d,) [m/s].
     """
 
     interface: int
+    facets: tuple[int, ...]
     numbers: tuple[int, int]
     between: tuple[str, str]
     label: str

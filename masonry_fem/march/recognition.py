@@ -3,7 +3,8 @@
     found = mechanism_of_step(march.last, march.model)
 
 Blocks that a closed joint connects move as one part. A joint is a *hinge* where some point of it rests and
-others part, it *slides* where a point moves along the joint without leaving it, and else it *opens*.
+others part, it *slides* where a point moves along the joint without leaving it, and else it *opens*. A round
+joint, and a flat one in parts, is one joint, whatever the number of its facets.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.bodies.rotation import lever
+from masonry_fem.contact.smooth import joints_of
 from masonry_fem.march.macroblocks import ALIKE, macroblocks
 from masonry_fem.march.mechanism import STRAIGHT, FloatArray, IntArray, Joint, Mechanism, Part
 from masonry_fem.march.model import Model
@@ -27,6 +29,7 @@ from masonry_fem.nscd.graphs import lengths
 RIGID, DEFORMED = 1e-3, 1e-2
 BLURRED = 0.05  # of a joint's fastest point: a hinge of blocks that deform is no point
 OPEN = 1e-3  # of the typical size: a contact point that stands further apart takes no part
+AS_FAST = 1e-6  # of the greatest speed: what rounding may decide
 MANY = 12  # parts from which those that move nearly alike are told together
 
 
@@ -51,14 +54,19 @@ def recognise(
     fastest = motion.fastest() or 1.0
     motion = motion.scaled(1 / fastest)
     contact = points.relative(motion, model.contacts.blocks)
-    how, resting = _ways(model, contact, points.active, friction, rest, share)
+    joint = joints_of(model.assembly, model.interfaces)
+    how, telling = _ways(model, joint, contact, points.active, friction, rest, share)
     moves = motion.moves(rest)
-    part = [index for index in range(len(model.interfaces)) if how[index] not in ("closed", "apart")]
+    first = np.unique(joint, return_index=True)[1].tolist()
+    part = [index for index, way in enumerate(how) if way not in ("closed", "apart")]
     # along the structure: by the first of their blocks that is no support
-    part.sort(key=lambda index: sorted((motion.held[b], b) for b in model.interfaces[index].blocks))
-    joints = tuple(_joint(model, motion, points, index, how[index], resting) for index in part)
+    part.sort(key=lambda index: sorted((motion.held[b], b) for b in model.interfaces[first[index]].blocks))
+    joints = tuple(
+        _joint(model, motion, points, np.flatnonzero(joint == index), how[index], telling) for index in part
+    )
     shown = np.flatnonzero(~motion.held | moves)
-    parts = _parts(model, motion, how, moves)
+    closed = [first[index] for index, way in enumerate(how) if way == "closed"]
+    parts = _parts(model, motion, closed, moves)
     return Mechanism(
         blocks=shown,
         centre=motion.centre[shown],
@@ -108,17 +116,19 @@ def _blurred(model: Model, motion: BlockMotion, points: PointMotion) -> Mechanis
 
 def _ways(
     model: Model,
+    joint: IntArray,
     contact: FloatArray,
     active: NDArray[np.bool_],
     friction: FloatArray | float,
     rest: float,
     share: float,
 ) -> tuple[list[str], NDArray[np.bool_]]:
-    """What each interface does: ``closed``, ``hinge``, ``slides``, ``opens``, or ``apart``; points that rest.
+    """What each joint does: ``closed``, ``hinge``, ``slides``, ``opens``, ``apart``; points that tell where.
 
-    Those that stood open, ``apart``, are no joints; of a hinge all points but one may.
+    Those that stood open, ``apart``, are no joints; of a hinge all points but one may. ``joint`` is that of
+    each interface.
     """
-    count, number = len(model.interfaces), model.contacts.interface
+    count, number = int(joint.max(initial=-1)) + 1, joint[model.contacts.interface]
     slip, speed = lengths(contact[:, 1:]), lengths(contact)
     most = np.zeros(count)
     np.maximum.at(most, number, speed)
@@ -129,42 +139,62 @@ def _ways(
     np.logical_or.at(rests, number, resting)
     np.logical_or.at(slides, number, sheared)
     np.logical_or.at(touches, number, active)
+    slides &= ~rests if share else True  # a hinge may slide a little at its other end
     found = np.full(count, "opens", dtype=object)
     found[rests] = "hinge"
-    # where no point rests and one slides; a hinge may slide a little at its other end
-    found[slides & (~rests if share else True)] = "slides"
+    found[slides] = "slides"
     found[most <= rest] = "closed"
     found[~touches] = "apart"
-    return [str(way) for way in found], resting
+    fastest = _fastest(joint, model.contacts.interface, np.where(sheared | ~slides[number], speed, 0.0))
+    telling = np.where((rests & ~slides)[number], resting, fastest)
+    return [str(way) for way in found], telling
+
+
+def _fastest(joint: IntArray, interface: IntArray, speed: FloatArray) -> NDArray[np.bool_]:
+    """Points of that facet of each joint where one moves fastest; the first of several that are as fast."""
+    facet, top = np.zeros(len(joint)), np.zeros(int(joint.max(initial=-1)) + 1)
+    np.maximum.at(facet, interface, speed)
+    np.maximum.at(top, joint, facet)
+    alike = np.flatnonzero(facet >= (1 - AS_FAST) * top[joint])
+    chosen = alike[np.unique(joint[alike], return_index=True)[1]]
+    mask: NDArray[np.bool_] = np.isin(interface, chosen)
+    return mask
 
 
 def _joint(
     model: Model,
     motion: BlockMotion,
     points: PointMotion,
-    index: int,
+    facets: IntArray,
     how: str,
-    resting: NDArray[np.bool_],
+    telling: NDArray[np.bool_],
 ) -> Joint:
-    """Place and relative motion of an interface."""
-    interface = model.interfaces[index]
-    own = np.flatnonzero(model.contacts.interface == index)
-    chosen = own[resting[own]] if how == "hinge" else own
-    at = points.at[chosen].mean(axis=0)
+    """Place and relative motion of a joint."""
+    interface = model.interfaces[facets[0]]
+    at = points.at[np.isin(model.contacts.interface, facets) & telling].mean(axis=0)
     first, second = interface.blocks
     slip = motion.at(np.array([first]), at[None])[0] - motion.at(np.array([second]), at[None])[0]
     names = tuple(model.assembly.blocks[block].name for block in interface.blocks)
     turn = motion.spin[first] - motion.spin[second]
-    return Joint(index, interface.blocks, (names[0], names[1]), interface.label, how, at, turn, slip)
+    return Joint(
+        interface=int(facets[0]),
+        facets=tuple(facets.tolist()),
+        numbers=interface.blocks,
+        between=(names[0], names[1]),
+        label=interface.label,
+        how=how,
+        at=at,
+        turn=turn,
+        slip=slip,
+    )
 
 
-def _parts(model: Model, motion: BlockMotion, how: list[str], moves: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """The moving blocks, joined where the joint between them stays closed."""
+def _parts(
+    model: Model, motion: BlockMotion, closed: Sequence[int], moves: NDArray[np.bool_]
+) -> tuple[Part, ...]:
+    """The moving blocks, joined by interfaces that stay ``closed``."""
     names = [block.name for block in model.assembly.blocks]
-    pairs = np.array(
-        [interface.blocks for index, interface in enumerate(model.interfaces) if how[index] == "closed"],
-        dtype=int,
-    ).reshape(-1, 2)
+    pairs = np.array([model.interfaces[index].blocks for index in closed], dtype=int).reshape(-1, 2)
     links = sparse.coo_array(
         (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(names), len(names))
     )

@@ -166,12 +166,25 @@ class Stage:
         camera.parallel_scale = self.size[1] / (2 * self.scale)
         self.plotter.camera_set = True
         self.plotter.renderer.reset_camera_clipping_range()
-        self.plotter.suppress_rendering = False
-        self.plotter.render()
-        fine = self.plotter.screenshot(None, return_img=True)
-        self.plotter.suppress_rendering = True
+        fine = _drawn(self.plotter.render_window)
         self.plotter.clear_actors()
-        return np.asarray(Image.fromarray(fine).reduce(FINE))
+        height, width, _ = fine.shape
+        # four bytes a pixel are Pillow's own form: nothing is copied before the image is small
+        coarse = Image.frombuffer("RGBX", (width, height), fine, "raw", "RGBX", 0, 1).reduce(FINE)
+        return np.asarray(coarse.transpose(Image.Transpose.FLIP_TOP_BOTTOM).convert("RGB"))
+
+
+def _drawn(window: Any) -> NDArray[np.uint8]:
+    """Draw a window: red, green, blue and alpha of its pixels, rows from below, shape (height, width, 4)."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: PLC0415
+    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray  # noqa: PLC0415
+
+    window.Render()
+    data, front = vtkUnsignedCharArray(), 1
+    width, height = window.GetSize()
+    window.GetRGBACharPixelData(0, 0, width - 1, height - 1, front, data)
+    pixels: NDArray[np.uint8] = vtk_to_numpy(data).reshape(height, width, 4)
+    return pixels
 
 
 @functools.cache

@@ -18,6 +18,7 @@ from masonry_fem.march.recognition import recognise
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Loads, Material, Scene
 from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.survey import SurveyStructure
 from masonry_fem.structures.wall import WallStructure
 
 
@@ -120,6 +121,60 @@ def test_many_joints_between_two_parts_are_told_together() -> None:
     told = [line for line in found.words() if "joints from" in line]
     assert len(told) == 1
     assert "slide along" in told[0]
+
+
+FACETS, FIRST, LAST = 6, 240.0, 300.0  # of an arc of radius 1 m, and where it begins and ends [degrees]
+
+
+@pytest.fixture
+def cradle(tmp_path: Path) -> Model:
+    """A drum in a cradle: their joint is an arc of six facets about the origin."""
+    angles = np.radians(np.linspace(FIRST, LAST, FACETS + 1))
+    arc = np.column_stack([np.cos(angles), np.sin(angles)])
+    outside = [(1.5, arc[-1, 1]), (1.5, -1.5), (-1.5, -1.5), (-1.5, arc[0, 1])]
+    stones = {"drum": arc, "cradle": np.array([*arc, *outside])}
+    rows = [f"{name},{k},{x},{y},0" for name, at in stones.items() for k, (x, y) in enumerate(at.tolist())]
+    (tmp_path / "stones.csv").write_text("\n".join(["stone,vertex,x,y,z", *rows]) + "\n")
+    survey = SurveyStructure(
+        name="s", material="stone", path=str(tmp_path / "stones.csv"), depth=1.0, ground=False,
+        supports=("cradle",),
+    )  # fmt: skip
+    return model_of(survey)
+
+
+def drum(model: Model) -> np.ndarray:
+    """Middle of its corners."""
+    names = [block.name for block in model.assembly.blocks]
+    middle: np.ndarray = model.assembly.solid(names.index("s.drum")).vertices.mean(axis=0)
+    return middle
+
+
+def test_a_round_joint_slides_as_one(cradle: Model) -> None:
+    """The drum turns about the middle of its arc; told where a facet moves fastest, by the arc's speed."""
+    assert len(cradle.interfaces) == FACETS
+    x, y = drum(cradle)
+    found = seen(cradle, {"s.drum": (-y, x)}, {"s.drum": 1.0})
+    (joint,) = found.joints
+    assert (joint.how, joint.facets) == ("slides", tuple(range(FACETS)))
+    assert found.sentence() == f"s.drum moves; 1 sliding joint: {' / '.join(joint.between)}"
+    assert np.linalg.norm(joint.at) == pytest.approx(np.cos(np.radians(5.0)))
+    assert np.linalg.norm(joint.slip) == pytest.approx(np.cos(np.radians(5.0)))
+    assert sum("slides" in line for line in found.words()) == 1
+
+
+def test_a_round_joint_that_turns_about_its_end_is_one_hinge(cradle: Model) -> None:
+    end = np.array([np.cos(np.radians(LAST)), np.sin(np.radians(LAST))])
+    x, y = drum(cradle) - end
+    found = seen(cradle, {"s.drum": (y, -x)}, {"s.drum": -1.0})
+    (joint,) = found.joints
+    assert joint.how == "hinge"
+    np.testing.assert_allclose(joint.at, end, atol=1e-9)
+
+
+def test_a_round_joint_that_rests_keeps_its_blocks_together(cradle: Model) -> None:
+    found = seen(cradle, {"s.drum": (1.0, 0.0), "s.cradle": (1.0, 0.0)}, {})
+    assert found.joints == ()
+    assert len(found.parts) == 1
 
 
 def test_a_block_in_space_tells_its_axis() -> None:

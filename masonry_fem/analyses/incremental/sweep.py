@@ -16,6 +16,7 @@ from pathlib import Path
 from masonry_fem.analyses.cells.crew import Crew
 from masonry_fem.analyses.cells.kept import Kept, Tell, outlook
 from masonry_fem.analyses.cells.source import Source
+from masonry_fem.analyses.cells.unwritten import unwritten
 from masonry_fem.analyses.incremental.capacity import FALLS, capacities, fitted, fragility_told, notes
 from masonry_fem.analyses.incremental.fragility import Fragility
 from masonry_fem.analyses.incremental.outputs import write_incremental
@@ -141,7 +142,11 @@ def incremental(
     told = tuple(
         fragility_told(fit, own, state, words) for fit, (state, own) in zip(fits, found.items(), strict=True)
     )
-    said = [*repeated(remarks), *notes(runs, told)]
+    said = [
+        *unwritten(shaken.scene, "an incremental dynamic analysis"),
+        *repeated(remarks),
+        *notes(runs, told),
+    ]
     for note in said:
         logger.info("%s", note)
     summary = IncrementalTold(

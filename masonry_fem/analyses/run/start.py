@@ -129,7 +129,7 @@ def _needing(made: March, motion: Mechanism, impulse: FloatArray) -> Start:
     """
     plane = made.model.assembly.dimension == 2
     falls = motion if made.outcome == "equilibrium" else None  # else it is the march's own
-    joints = [joint.interface for joint in motion.joints]
+    joints = [joint.facets for joint in motion.joints]
     pressed = np.zeros(made.model.contacts.count)
     pressed[made.last.contacts] = impulse[:, 0] / made.last.scheme.step
     from masonry_fem.limit import limit_problem  # noqa: PLC0415 - what is reached needs no program
@@ -145,10 +145,8 @@ def _needing(made: March, motion: Mechanism, impulse: FloatArray) -> Start:
         least = None
     if least is None:
         return Start(False, mechanism=falls, plane=plane)
-    needed = [joint for joint, rise in zip(joints, least.rises, strict=True) if rise > 1e-3 * least.thrust]
-    names = [block.name for block in made.model.assembly.blocks]
-    pairs = [made.model.interfaces[joint].blocks for joint in needed]
-    between = tuple((names[one], names[two]) for one, two in pairs)
+    pressed_on = least.rises > 1e-3 * least.thrust
+    between = tuple(joint.between for joint, needed in zip(motion.joints, pressed_on, strict=True) if needed)
     return Start(False, thrust=least.thrust, joints=between, mechanism=falls, plane=plane)
 
 

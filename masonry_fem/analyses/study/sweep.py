@@ -18,6 +18,7 @@ from masonry_fem.analyses.cells.crew import Crew
 from masonry_fem.analyses.cells.history import FOLDER, last_stage
 from masonry_fem.analyses.cells.kept import Kept, Tell, outlook
 from masonry_fem.analyses.cells.source import Source
+from masonry_fem.analyses.cells.unwritten import unwritten
 from masonry_fem.analyses.study.comparison import Comparison, compare
 from masonry_fem.analyses.study.notes import explores, notes, replaced, unseen
 from masonry_fem.analyses.study.outputs import write_study
@@ -173,7 +174,11 @@ def study(
     blind = unseen(made, varied, rows) if wanted.given is None else []
     advised = () if explores(varied, wanted) else aims
     advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in advised)
-    said = (*replaced(source, varied), *notes(varied, rows, comparisons, wanted))
+    said = (
+        *replaced(source, varied),
+        *unwritten(made, "a study"),
+        *notes(varied, rows, comparisons, wanted),
+    )
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted
     )

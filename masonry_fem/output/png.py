@@ -27,9 +27,8 @@ def png(image: NDArray[np.uint8]) -> bytes:
     image : Red, green and blue of each pixel, rows from above, shape (height, width, 3).
     """
     height, width, _ = image.shape
-    rows = np.zeros(
-        (height, 1 + 3 * width), dtype=np.uint8
-    )  # each begins with the number of its filter, 0: none
+    # each row begins with the number of its filter, 0: none
+    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)
     rows[:, 1:] = image.reshape(height, 3 * width)
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)),  # eight bits, RGB

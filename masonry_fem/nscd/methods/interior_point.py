@@ -54,6 +54,8 @@ Mask = NDArray[np.bool_]
 # p_T > 1000 p_N.
 LEAST_FRICTION = 1e-6
 MOST_FRICTION = 1e3
+# Share of contacts that are elastic from which on a problem is of their size.
+MOSTLY = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,8 +170,8 @@ class InteriorPointRun:
         hopeless = _HOPELESS * self.delay
         if now[0] > _DIGITS:
             patience *= 3 * self.delay
-        errors = [float(state[0]) for state in self.track]
-        if len(errors) - 1 - int(np.argmin(errors)) >= hopeless:
+        errors = [float(state[0]) for state in self.track[1:]]  # its own: the first may be a given state's
+        if len(errors) - 1 - int(np.argmin(errors or [now[0]])) >= hopeless:
             return True  # as where loads can just be balanced, and nothing lies inside the cones
         before = self.track[:-1][-patience:]
         if len(before) < patience or not np.isfinite(now).all():
@@ -391,8 +393,8 @@ class InteriorPointRun:
 def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
     """An impulse and a speed of the problem's size, to start from."""
     middle = float(np.median(scale))
-    if problem.body_count and not problem.rigid:
-        # elastic speeds lie far below free ones: by the loads
+    if problem.body_count and problem.operator.elastic().mean() > MOSTLY:
+        # elastic speeds lie far below free ones: by the loads; not where a few bars alone give way
         per_load = float(np.abs(problem.rigid_map).max(initial=0.0)) or 1.0
         unit = float(np.abs(problem.rigid_impulse).max()) / per_load
         if unit > 0:
@@ -412,7 +414,7 @@ _PARALLEL = 0.03
 # Share of the way to the boundary while the friction term is left out
 _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless
-_HOPELESS = 30
+_HOPELESS = 45
 _LEAST_STEP = 1e-6
 # Shares of a step that are tried: refined directions are exact, and only rounding leads out of the cones
 _SHARES = (1.0, 0.9)

@@ -269,6 +269,7 @@ class Shared(Operator):
         self.shape, self.blocksize = (count * dimension,) * 2, (dimension, dimension)
         self.symmetric = symmetric
         self._matrix: sparse.bsr_array | None = None
+        self._diagonal: FloatArray | None = None
         contact = np.concatenate(
             [kind.contacts.ravel() for kind in self.kinds] or [np.zeros(0, dtype=np.int64)]
         )
@@ -310,6 +311,12 @@ class Shared(Operator):
 
     def diagonal(self) -> FloatArray:
         """Each contact's own block, shape (c, d, d) [1/kg]."""
+        if self._diagonal is None:
+            self._diagonal = self._summed_diagonal()
+        return self._diagonal.copy()
+
+    def _summed_diagonal(self) -> FloatArray:
+        """The same, made anew."""
         d, own = self.dimension, []
         for kind in self.kinds:
             side = np.arange(kind.contacts.shape[1])

@@ -69,6 +69,53 @@ def measured(
 
 
 @compiled(error_model="numpy")
+def curnier(
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """F and its derivatives by p and v, as ``graphs.alart_curnier`` explains them.
+
+    Parameters
+    ----------
+    impulse, velocity : p and v, shape (c, d). friction : μ, shape (c,). rho : ρ > 0, shape (c,) [kg].
+
+    Returns
+    -------
+    F (c, d), ∂F/∂p (c, d, d), ∂F/∂v (c, d, d).
+    """
+    count, d = impulse.shape
+    residual, by_impulse = impulse.copy(), np.zeros((count, d, d))
+    by_velocity = np.zeros((count, d, d))
+    trial, slope = np.empty(d), np.empty((d, d))  # of the projection, by the trial point
+    for contact in range(count):
+        for axis in range(d):
+            trial[axis] = impulse[contact, axis] - rho[contact] * velocity[contact, axis]
+            by_impulse[contact, axis, axis] = 1.0
+        if not trial[0] >= 0:
+            continue
+        radius, size = friction[contact] * trial[0], _tangent(trial)
+        slope[:] = 0.0
+        slope[0, 0] = 1.0
+        if size > radius:
+            for axis in range(1, d):
+                direction = trial[axis] / size
+                slope[axis, 0] = friction[contact] * direction
+                for other in range(1, d):
+                    across = (1.0 if axis == other else 0.0) - direction * (trial[other] / size)
+                    slope[axis, other] = radius / size * across
+            for axis in range(1, d):
+                trial[axis] = radius * (trial[axis] / size)
+        else:
+            for axis in range(1, d):
+                slope[axis, axis] = 1.0
+        for axis in range(d):
+            residual[contact, axis] -= trial[axis]
+            for other in range(d):
+                by_impulse[contact, axis, other] -= slope[axis, other]
+                by_velocity[contact, axis, other] = rho[contact] * slope[axis, other]
+    return residual, by_impulse, by_velocity
+
+
+@compiled(error_model="numpy")
 def spectral_norms(blocks: FloatArray) -> FloatArray:
     """‖block‖₂ of each, from the largest eigenvalue of blockᵀ block: SVDs cost a hundred times as much.
 

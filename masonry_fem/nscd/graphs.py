@@ -119,22 +119,8 @@ def alart_curnier(
     F (c, d), ∂F/∂p (c, d, d), ∂F/∂v (c, d, d); the generalised Jacobian's closed-and-sticking
     branch where a contact is on an edge.
     """
-    c, d = impulse.shape
-    trial = impulse - rho[:, None] * velocity
-    closed = trial[:, 0] >= 0
-    radius = friction * np.maximum(trial[:, 0], 0.0)
-    size = tangential_norm(trial)
-    slips = closed & (size > radius)
-    slope = np.zeros((c, d, d))  # of the projection, by the trial point
-    slope[closed, 0, 0] = 1.0
-    stick = closed & ~slips
-    for axis in range(1, d):
-        slope[stick, axis, axis] = 1.0
-    direction = trial[slips, 1:] / size[slips, None]
-    ratio = radius[slips] / size[slips]
-    slope[slips, 1:, 0] = friction[slips, None] * direction
-    across = np.eye(d - 1) - direction[:, :, None] * direction[:, None, :]
-    slope[slips, 1:, 1:] = ratio[:, None, None] * across
-    projected = np.where(closed[:, None], trial, 0.0)
-    projected[slips, 1:] = radius[slips, None] * direction
-    return impulse - projected, np.eye(d) - slope, rho[:, None, None] * slope
+    from masonry_fem.nscd.contact_measures import curnier  # noqa: PLC0415 - Numba is slow to import
+
+    given = (np.ascontiguousarray(part) for part in (impulse, velocity, friction, rho))
+    found: tuple[FloatArray, FloatArray, FloatArray] = curnier(*given)
+    return found

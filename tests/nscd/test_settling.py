@@ -334,3 +334,11 @@ def test_what_is_far_better_than_before_is_taken(
     assert (settled is not None) is taken
     if settled is not None:
         np.testing.assert_array_equal(settled[0], near)
+
+
+def test_large_groups_are_shared_by_all_ranks():
+    """Whatever their share: how many steps they take is not known beforehand."""
+    one_after_the_other = np.array([14_800, 13_200, 600])
+    assert settling._large(one_after_the_other, 2).tolist() == [True, True, False]
+    assert settling._large(np.array([5_000, 4_000]), 2).tolist() == [True, False]
+    assert settling._large(np.array([1_900, 100]), 2).tolist() == [False, False]

@@ -133,6 +133,7 @@ class _Point:
 
     impulse: FloatArray
     rigid_velocity: FloatArray
+    moved: FloatArray  # v
     velocity: FloatArray  # with the proximal term
     pressed: FloatArray  # the contact part of the impulse, at this velocity
     line: Linearisation
@@ -179,6 +180,7 @@ class NewtonRun:
             library=settings.library,
         )
         self.settling = Settling(problem, held)
+        self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
         self.until: float | None = None  # when it has to end
@@ -426,8 +428,12 @@ class NewtonRun:
 
     def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
         problem, now = self.problem, self.round
-        velocity = problem.velocity(impulse, rigid_velocity)
-        velocity += (now.alpha * self.proximal)[:, None] * (impulse - now.impulse)
+        moved = self._velocity(impulse, rigid_velocity)
+        if self.seen is not None and not bonded:
+            where, point = self.seen
+            if where is now and point.moved is moved:
+                return point
+        velocity = moved + (now.alpha * self.proximal)[:, None] * (impulse - now.impulse)
         rho = 1.0 / (self.scale + now.alpha * self.proximal)
         pressed = problem.contact_part(impulse, velocity)
         line = (
@@ -443,7 +449,17 @@ class NewtonRun:
         size = float(np.linalg.norm(impulse))
         residual = float(np.linalg.norm(line.residual))
         relative = residual / size if size > 0 else residual
-        return _Point(impulse, rigid_velocity, velocity, pressed, line, balance, relative)
+        point = _Point(impulse, rigid_velocity, moved, velocity, pressed, line, balance, relative)
+        self.seen = None if bonded else (now, point)
+        return point
+
+    def _velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
+        """V of a state, shape (c, d); that of the last point is known."""
+        if self.seen is not None:
+            point = self.seen[1]
+            if point.impulse is impulse and point.rigid_velocity is rigid_velocity:
+                return point.moved
+        return self.problem.velocity(impulse, rigid_velocity)
 
     # parts
 
@@ -471,7 +487,7 @@ class NewtonRun:
 
     def _natural_residual(self) -> FloatArray:
         """P − P_K(p − v̂/w), shape (c, d)."""
-        velocity = self.problem.velocity(self.impulse, self.rigid_velocity)
+        velocity = self._velocity(self.impulse, self.rigid_velocity)
         pressed = self.problem.contact_part(self.impulse, velocity)
         residual: FloatArray = graphs.natural_map(pressed, velocity, self.problem.friction, self.scale)
         return residual
@@ -485,7 +501,7 @@ class NewtonRun:
 
     def _new_round(self) -> _Round:
         mass = np.where(self.static, self.static_mass * self.system.column**2 / self.system.unit, 0.0)
-        slip = self.problem.velocity(self.impulse, self.rigid_velocity) if self.grip else None
+        slip = self._velocity(self.impulse, self.rigid_velocity) if self.grip else None
         return _Round(self.impulse, self.rigid_velocity, mass, self.weight, slip)
 
     def _close_round(self, tolerance: float) -> Outcome | None:
@@ -634,13 +650,13 @@ def _share(quality: Quality) -> float:
 def _usual_weights(problem: ContactProblem, many: bool) -> tuple[float, float, float]:
     """First α, its factor and its floor, as measured on each kind of problem.
 
-    Elastic impulses are nearly unique and bear a small α at once. The impulses of rigid blocks are
-    not unique: a floor keeps those that no measure determines from wandering.
+    Elastic impulses are nearly unique and bear a small α at once. The impulses of rigid blocks, and of a
+    plain W that may be theirs, are not unique: a floor keeps those that no measure determines from wandering.
+    They are known to the rounding of W p over α: with a hundredth of the floor that is 1e-11 of them, and
+    contacts at the edges of their cones slip in one step and stick in the next.
     """
-    if problem.rigid:
+    if problem.rigid or not problem.body_count:
         return 1e-2, 0.3, 1e-5
-    if not problem.body_count:
-        return 1e-3, 0.3, 1e-7
     if many:
         return 1e-2, 0.1, 1e-5
     return (1e-4, 0.1, 1e-5) if problem.operator.elastic().all() else (1e-3, 0.3, 1e-5)

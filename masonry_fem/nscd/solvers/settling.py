@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 # A part is made of the bodies without which this share of the residual is left: the first share that makes
 # a part of no more than so many of all contacts.
@@ -57,6 +58,9 @@ ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3
 BETTER = 0.1
 # Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
 FEW = 1_500
+# Contacts of a group from which all ranks solve for it together, even if it is no more than a rank's share:
+# whether a group takes 3 steps or 40 is not known beforehand, and who has none of 40 waits.
+SHARED = 10_000
 _NO_TIME = 1e-9  # a limit that is over [s]
 
 
@@ -146,7 +150,7 @@ class Rested(NamedTuple):
 def _rested(groups: Sequence[Part], aim: Aim, until: float | None) -> list[Rested]:
     """The states of parts that have nothing to do with each other.
 
-    Several ranks share them: one that is more than a rank's share is solved for by all together.
+    Several ranks share them: large ones are solved for by all together.
 
     Parameters
     ----------
@@ -156,7 +160,7 @@ def _rested(groups: Sequence[Part], aim: Aim, until: float | None) -> list[Reste
     if not isinstance(leader, Leader):
         return [_in_turn(group, aim, until) for group in groups]
     sizes = np.array([group.problem.count for group in groups])
-    large = sizes > max(CONTACTS, sizes.sum() / leader.size)
+    large = _large(sizes, leader.size)
     found = {number: _in_turn(groups[number], aim, until) for number in np.flatnonzero(large).tolist()}
     others = np.flatnonzero(~large)
     its = [others[own].tolist() for own in _dealt(sizes[others], leader.size)]
@@ -165,6 +169,13 @@ def _rested(groups: Sequence[Part], aim: Aim, until: float | None) -> list[Reste
         for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
             found |= dict(zip(own, states, strict=True))
     return [found[number] for number in range(len(groups))]
+
+
+def _large(sizes: IntArray, ranks: int) -> Mask:
+    """Groups of some sizes that all ranks solve for together, shape (n,)."""
+    most = min(max(CONTACTS, sizes.sum() / ranks), SHARED)
+    large: Mask = sizes > most
+    return large
 
 
 def _dealt(sizes: IntArray, ranks: int) -> list[list[int]]:

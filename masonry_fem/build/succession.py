@@ -39,7 +39,7 @@ from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import initial_state
 from masonry_fem.records.remark import first_few, remark
 from masonry_fem.scene import specs
-from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.mesh import IntArray, Mesh
 
 RELEASED = "released"
 NEAR = 0.25  # of the model's length: how far a contact goes on from an old one of the same stones
@@ -153,6 +153,7 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     told += [
         f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in np.flatnonzero(heavier)
     ]
+    told += [] if told else _remeshed(built.model, left.model, here, there)
     holdable = [names[k] for k in np.flatnonzero(other & (now == SUPPORT))]
     if told:
         cure = (
@@ -188,6 +189,35 @@ def _elsewhere(built: Built, left: Left, here: IntArray, there: IntArray) -> np.
     away = np.abs(own[here, :width] - its[there, :width]).max(axis=(1, 2), initial=0.0)
     found: np.ndarray = (count[here] != before[there]) | (away > 1e-9 * built.model.length)
     return found
+
+
+def _remeshed(model: Model, left: Model, here: IntArray, there: IntArray) -> list[str]:
+    """Which blocks ``here`` have other elements than blocks ``there`` that were left, in words."""
+    (owner, _), (before, _) = _places(model), _places(left)
+    told: list[str] = []
+    alike: dict[tuple[int, int], bool] = {}
+    for block, old in zip(here.tolist(), there.tolist(), strict=True):
+        group: Any = model.groups[owner[block]]
+        other: Any = left.groups[before[old]]
+        if not (group.deforms and other.deforms):
+            continue
+        pair = (int(owner[block]), int(before[old]))
+        if pair not in alike:
+            alike[pair] = _same_elements(group.mesh, other.mesh)
+        if not alike[pair]:
+            was, now = (
+                f"{len(one.cells)} elements with {len(one.points)} nodes" for one in (other.mesh, group.mesh)
+            )
+            name = model.assembly.blocks[block].name
+            told.append(f"'{name}' had {was}" + (f", and has {now}" if was != now else " in other places"))
+    return told
+
+
+def _same_elements(one: Mesh, other: Mesh) -> bool:
+    """Whether two meshes of a shape have the same elements."""
+    if one.cell != other.cell or not np.array_equal(one.cells, other.cells):
+        return False
+    return bool(np.abs(one.points - other.points).max() <= 1e-9 * np.ptp(one.points, axis=0).max())
 
 
 def _mass_of(model: Model) -> FloatArray:

@@ -92,7 +92,8 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     except (FileNotFoundError, NotADirectoryError) as error:
         raise CheckpointError(
             f"{folder} has no {CHECKPOINT}, expected the results folder of a run with "
-            "output.checkpoint_steps or output.checkpoint_time"
+            "output.checkpoint_steps or output.checkpoint_time; one that was ended before its first "
+            "checkpoint is to be run again"
         ) from error
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, TreeError) as error:
         raise CheckpointError(f"{path} is damaged ({error}); run the scene again") from error

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 DASHES = ("--", ":", "-.")  # of accelerograms on the same axis
 SMALL = 1e-6  # of the greatest displacement: an axis with less is left out
+ROUNDING = 1e-9  # of the height of a panel: a residual that is none
 TIME = "time [s]"
 PANEL = (7.0, 3.4)  # [inch]
 GAP = 0.06  # between labels, of the height of a panel
@@ -95,6 +96,7 @@ def _ways(
     panel.margins(x=0.0, y=0.1)
     low, high = panel.get_ylim()
     residual = np.array([one.residual[number] for one in told])
+    residual[np.abs(residual) < ROUNDING * factor * (high - low)] = 0.0
     heights = _apart((residual / factor - low) / (high - low))
     for colour, height, value in zip(COLOURS, heights, residual, strict=False):
         panel.annotate(

@@ -162,3 +162,34 @@ def test_what_does_not_fit_is_refused_with_the_difference(override, sentence, tm
     rest = [] if "initial" in override else ["initial=[]"]
     with pytest.raises(MasonryError, match=sentence):
         solve_scene(scene_of("rigid, meeting", FROM, override, *rest), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("mesh.size=0.1", r"had \d+ elements with \d+ nodes, and has \d+ elements with \d+ nodes"),
+        ("mesh.element=P1", r"had \d+ elements with \d+ nodes, and has \d+ elements with \d+ nodes"),
+    ],
+)
+def test_stones_with_other_elements_are_refused(override, sentence, tmp_path):
+    run(scene_of("elastic statics"), tmp_path / "first")
+    with pytest.raises(MasonryError, match=sentence):
+        solve_scene(scene_of("elastic statics", FROM, override), tmp_path)
+
+
+def test_a_start_in_the_folder_of_all_stages_names_that_of_one(tmp_path):
+    """Above the stages there is a checkpoint, too, that holds no state."""
+    stages = """
+    dimension = 2
+    fidelity = "rigid"
+    materials.stone = { density = 2400 }
+    structures = [{ kind = "stack", name = "pile", material = "stone", size = [1.0, 0.5], count = 2 }]
+    joints = [{ friction = 0.6 }]
+    loads.gravity = [0.0, -9.81]
+    analysis.kind = "statics"
+    output = { pictures = false, fields = false }
+    """
+    more = "stages = [{ name = 'one' }, { name = 'two' }]"
+    run(loads(stages + more), tmp_path / "first")
+    with pytest.raises(CheckpointError, match=r"results of several runs; expected those of one.*first/two$"):
+        solve_scene(loads(stages, ["analysis.start=first"]), tmp_path)

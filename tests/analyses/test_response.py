@@ -6,8 +6,11 @@ import json
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.figure import Figure
 
 from masonry_fem.analyses.run import run
+from masonry_fem.output.response import ProbeMotion, response_of
+from masonry_fem.output.response_picture import _ways
 from masonry_fem.scene import loads
 
 SCENE = """
@@ -143,3 +146,12 @@ def test_statics_draws_where_probes_went_from_step_to_step(made, steps, pictures
     path = result.files[0].parent / "response.png"
     assert path.exists() == drawn
     assert (path in result.files) == drawn
+
+
+def test_the_picture_tells_a_residual_of_rounding_as_none():
+    """A probe on the ground moves relative to it by rounding alone."""
+    times, way = np.linspace(0.1, 1.0, 10), np.linspace(0.0, 2.0, 10)[:, None]
+    motions = [ProbeMotion(str(size), times, size * way, 0 * way) for size in (1.0, 1e-14)]
+    panel = Figure().subplots()
+    _ways(panel, 0, "x", motions, [response_of(one) for one in motions], "time [s]")
+    assert [text.get_text() for text in panel.texts] == ["2 m", "0 m"]

@@ -58,6 +58,13 @@ def reopened(folder: Path, *, trust: bool = False) -> Left:
     """
     checkpoint = read_checkpoint(folder)
     if checkpoint.standing is None:
+        scene_text = tomllib.loads(untrusted(checkpoint.scene))
+        parts = [one["name"] for key in ("stages", "combinations") for one in scene_text.get(key, ())]
+        if parts:
+            raise CheckpointError(
+                f"{folder} holds the results of several runs; expected those of one to start from, "
+                f"such as {folder / parts[-1]}"
+            )
         raise CheckpointError(
             f"{folder / CHECKPOINT} is from before the first step; go on with that run first"
         )

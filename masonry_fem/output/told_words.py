@@ -101,7 +101,8 @@ def _taken(told: Mapping[str, Any], *terms: str) -> str:
     """Energy that some terms of the ledger have lost, of which rounding is none."""
     energy = told.get("energy") or {}
     lost = sum(energy.get(term) or 0.0 for term in terms)
-    return quantity(lost if abs(lost) > ROUNDING * (energy.get("largest") or 0.0) else 0.0, "J")
+    unit = "J/m" if len(told.get("applied", ())) == 2 else "J"
+    return quantity(lost if abs(lost) > ROUNDING * (energy.get("largest") or 0.0) else 0.0, unit)
 
 
 def finer_elements(told: Mapping[str, Any]) -> str:

@@ -49,6 +49,8 @@ def test_damping_is_told_with_its_factors_and_what_it_took():
     none = {"theta": 0.5, "velocity_factor": 1.0, "rayleigh": {}}
     energy = {"damping_dissipation": 3.1, "numerical_dissipation": 1e-12, "largest": 10.0}
     assert damping_words({}) == ""
+    plane = damping_words({"damping": none, "energy": energy, "applied": [0.0, 1.0]})
+    assert plane.endswith("J/m")
     assert damping_words({"damping": none, "energy": energy}) == (
         "none of the stones; θ = 0.5, finite steps took 0 J"
     )

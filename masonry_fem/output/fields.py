@@ -28,7 +28,7 @@ REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
 GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
 ADHESION, JUMP = "adhesion", "jump"
 BED, CRUSHED, DILATION, CLOSURE = "bed", "crushed", "dilation", "closure"
-TIE = "tie"
+TIE, TIE_ELONGATION, TIE_UTILISATION = "tie", "tie_elongation", "tie_utilisation"
 SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
@@ -186,7 +186,8 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     ``arm_antagonist`` are the points where reactions act in the balance of the two blocks
     (``march.acting``). The states of joint laws are added where there are any, and properties that scatter
     as factors on the scene's values, such as ``scatter_cohesion``; where there are ties ``tie`` leads from
-    the point of one to its other end, and is nought elsewhere [m].
+    the point of one to its other end, and is nought elsewhere [m]; ``tie_elongation`` [m] and
+    ``tie_utilisation`` are those of the results, NaN elsewhere and where a tie never yields.
 
     Parameters
     ----------
@@ -200,7 +201,10 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     if (told := tie_forces(model, state)) is not None:
         reach = np.zeros_like(state.points)
         reach[told.contacts] = told.ends[:, 1] - told.ends[:, 0]
-        ties = {TIE: three(reach)}
+        elongation, used = np.full((2, contacts.count), np.nan)
+        elongation[told.contacts] = told.elongation
+        used[told.contacts] = np.where(told.yields, told.utilisation, np.nan)
+        ties = {TIE: three(reach), TIE_ELONGATION: elongation, TIE_UTILISATION: used}
     scatter: Arrays = {SCATTER + name.replace(".", "_"): values for name, values in model.scatter.items()}
     return (
         cohesion

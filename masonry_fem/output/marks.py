@@ -27,6 +27,7 @@ CORNERS = 24  # of a disc
 TIE, SLACK = "#a3123a", "#8b939c"
 WIDEST, THINNEST = 6.0, 1.6  # bands [pixels]
 LEAST = 1e-9  # of the greatest force of a tie: those that bear less are slack
+NAMED = 2  # ties in the legend, which has two rows for all
 
 
 def bands(view: View, starts: FloatArray, ends: FloatArray, widths: FloatArray) -> Any:
@@ -91,7 +92,7 @@ def polygons(corners: FloatArray) -> Any:
 
 
 def mark_ties(stage: Stage, sheet: Sheet, scenery: Scenery, shape: DeformedShape, factor: float) -> None:
-    """Draw the ties of a scenery over all else, with a line of the legend.
+    """Draw the ties of a scenery over all else; the legend tells the most used ones.
 
     Parameters
     ----------
@@ -114,8 +115,30 @@ def mark_ties(stage: Stage, sheet: Sheet, scenery: Scenery, shape: DeformedShape
     for colour, own in ((SLACK, ~taut), (TIE, taut)):
         both = np.repeat(wide[own, None], 2, axis=1)
         stage.mark(bands(stage.view, starts[own], ends[own], both), colour, rank=2)
-    if taut.any():
-        words = "tie" if len(force) == 1 else "greatest force of a tie"
-        sheet.keys.append(Key(f"{quantity(top, scenery.force_unit)}, {words}", TIE, "line", 30))
+    words = _tie_words(scenery, force, taut)
+    sheet.keys += [Key(one, TIE, "line", 30) for one in words[:NAMED]]
+    if len(words) > NAMED:
+        sheet.keys.append(Key(f"{len(words) - NAMED} more, none used more", TIE, "line", 30))
     if not taut.all():
         sheet.keys.append(Key("tie that is slack", SLACK, "line", 30))
+
+
+def _tie_words(scenery: Scenery, force: FloatArray, taut: NDArray[np.bool_]) -> list[str]:
+    """Name, force, elongation and utilisation of the ties that are taut, the most used first."""
+    data, held = scenery.ties.point_data, scenery.ties.field_data
+    # field files of earlier versions have neither
+    names = bytes(np.asarray(held["tie_names"])).decode().splitlines() if "tie_names" in held else []
+    unknown = np.full(len(force), np.nan)
+    longer, used = (
+        np.asarray(data[name], float) if name in data else unknown
+        for name in (fields.TIE_ELONGATION, fields.TIE_UTILISATION)
+    )
+    told = []
+    # rounding does not decide between ties that bear the same
+    share, size = ([float(f"{value:.4g}") for value in values] for values in (np.nan_to_num(used), force))
+    for k in sorted(range(len(force)), key=lambda k: (-share[k], -size[k])):
+        if taut[k]:
+            words = f"{names[k] if names else 'tie'}: {quantity(force[k], scenery.force_unit)}"
+            words += "" if np.isnan(longer[k]) else f", longer by {quantity(longer[k], 'm')}"
+            told.append(words + ("" if np.isnan(used[k]) else f", {100 * used[k]:.3g} % of yield"))
+    return told

@@ -21,6 +21,7 @@ from masonry_fem.output.interface_fields import InterfaceFields
 from masonry_fem.output.interfaces import interface_forces
 from masonry_fem.output.sheet import quantity, round_down
 from masonry_fem.output.strength import Strengths
+from masonry_fem.output.vtu import tie_names
 
 FloatArray = NDArray[np.float64]
 
@@ -69,6 +70,7 @@ class Scenery:
         if model.contacts.count:
             contacts = pv.PolyData(three(state.points))
             contacts.point_data.update(fields.contact_arrays(model, state))
+            contacts.field_data.update(tie_names(model))
         contacts, ties = without_ends(contacts)
         faces = None
         if joints and contacts is not None:
@@ -105,6 +107,7 @@ def _some(cloud: Any, own: NDArray[np.bool_]) -> Any:
         return None
     part = pv.PolyData(np.asarray(cloud.points)[own])
     part.point_data.update({name: np.asarray(cloud.point_data[name])[own] for name in cloud.point_data})
+    part.field_data.update(cloud.field_data)
     return part
 
 

@@ -20,7 +20,13 @@ from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.search_table import mechanism_lines
 from masonry_fem.output.sheet import quantity
 from masonry_fem.output.told_words import count as _count
-from masonry_fem.output.told_words import finer_elements, greatest_supports, joint_words, stone_words
+from masonry_fem.output.told_words import (
+    damping_words,
+    finer_elements,
+    greatest_supports,
+    joint_words,
+    stone_words,
+)
 from masonry_fem.records.told import plain
 
 if TYPE_CHECKING:
@@ -370,6 +376,11 @@ def _probes(summary: Mapping[str, Any]) -> Rows:
         yield "displacements", name, _vector(displacement, "m", beside)
 
 
+def _damping(summary: Mapping[str, Any]) -> Rows:
+    if words := damping_words(summary):
+        yield "damping", "", words
+
+
 def _response(summary: Mapping[str, Any]) -> Rows:
     response = summary.get("response") or {}
     beside = max((told["greatest"] for told in response.values()), default=0.0)
@@ -453,6 +464,7 @@ ORDER = (
     _determinacy,
     _probes,
     _response,
+    _damping,
     _joints,
     _contacts,
     _certificate,

@@ -8,7 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from masonry_fem.output.sheet import quantity
+
 OF_A_STAGE = 4  # supports that are shown
+ROUNDING = 1e-9  # of the largest energy: less is none
 STATES = {
     "closed": ("closed without a section", "closed without a section"),
     "middle_third": ("within the middle third", "within the middle third"),
@@ -61,6 +64,45 @@ def stone_words(told: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if number := told[key]:
             stones = "stone" if number == 1 else "stones"
             yield key, f"{count(number)} {stones} {words.format(**(ONE if number == 1 else MANY))}"
+
+
+def damping_words(told: Mapping[str, Any]) -> str:
+    """Which damping acted, and what it took: ``Rayleigh in stone (α = 0.2 1/s) took 3.1 J; ...``.
+
+    Parameters
+    ----------
+    told : What a summary says; empty where it says nothing of damping.
+    """
+    damping = told.get("damping")
+    if not damping:
+        return ""
+    parts = [
+        f"{'Rayleigh' if one['mass'] else 'Kelvin–Voigt'} in {name} ({_factors(one)})"
+        for name, one in damping["rayleigh"].items()
+    ]
+    if damping["velocity_factor"] != 1:
+        parts.append(f"velocities × {damping['velocity_factor']:g} after each step")
+    lost = f"{', '.join(parts)} took {_taken(told, 'damping_dissipation')}"
+    said = [lost if parts else "none of the stones"]
+    said.append(f"θ = {damping['theta']:g}, finite steps took {_taken(told, 'numerical_dissipation')}")
+    if rebound := damping.get("restitution"):
+        ends = " to ".join(dict.fromkeys(f"{value:g}" for value in rebound))
+        said.append(f"impacts with e = {ends} took {_taken(told, 'impact_normal', 'impact_tangential')}")
+    return "; ".join(said)
+
+
+def _factors(one: Mapping[str, float]) -> str:
+    """Factors of Rayleigh damping that are not 0."""
+    words = {"mass": f"α = {one['mass']:g} 1/s", "stiffness": f"β = {one['stiffness']:g} s"}
+    return ", ".join(words[key] for key in words if one[key])
+
+
+def _taken(told: Mapping[str, Any], *terms: str) -> str:
+    """Energy that some terms of the ledger have lost, of which rounding is none."""
+    energy = told.get("energy") or {}
+    lost = sum(energy.get(term) or 0.0 for term in terms)
+    unit = "J/m" if len(told.get("applied", ())) == 2 else "J"
+    return quantity(lost if abs(lost) > ROUNDING * (energy.get("largest") or 0.0) else 0.0, unit)
 
 
 def finer_elements(told: Mapping[str, Any]) -> str:

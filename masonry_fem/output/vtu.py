@@ -182,6 +182,17 @@ def field_data(model: Model, state: SystemState) -> Arrays:
     }
 
 
+def tie_names(model: Model) -> Arrays:
+    """Names of the contacts that are ties, in their order; {} where there are none.
+
+    Parameters
+    ----------
+    model : The structure.
+    """
+    numbers = model.contacts.interface[model.contacts.tied].tolist()
+    return {"tie_names": named(model.interfaces[k].label for k in numbers)} if numbers else {}
+
+
 def named(names: Iterable[str]) -> NDArray[np.generic]:
     """Names, number by number, as the bytes of lines of UTF-8."""
     return np.frombuffer("".join(f"{name}\n" for name in names).encode(), np.uint8)

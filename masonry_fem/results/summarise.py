@@ -20,6 +20,7 @@ from masonry_fem.march.rounding import force_rounding
 from masonry_fem.nscd import rounding
 from masonry_fem.records.remark import remark
 from masonry_fem.results.blocks import status_counts, stress_summary
+from masonry_fem.results.damping import damping_told
 from masonry_fem.results.discretisation import Errors
 from masonry_fem.results.joints import ties_told
 from masonry_fem.results.summary import (
@@ -69,6 +70,7 @@ def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> S
         supports=wrenches(report.support_resultants, d),
         applied=report.applied[:d],
         load_factors=scene.design.loads.used or None,
+        damping=damping_told(scene, built, made),
         certificate=certificate(made),
         stress=stress_summary(model, made.state),
         ties=ties_told(made.model, made.state),

@@ -22,6 +22,7 @@ from masonry_fem.records.remark import Remark
 from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
 from masonry_fem.results.combinations import Combinations, Places
+from masonry_fem.results.damping import DampingTold
 from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints, TieTold
@@ -246,6 +247,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     supports : What each support gives to the blocks, by name.
     applied : Resultant of all loads on the free blocks, shape (d,) [N].
     load_factors : Partial factors by which loads were multiplied, by kind; None: all are 1.
+    damping : What damps a march in time; None in statics.
     certificate : How well the equations hold.
     stress : None without elastic blocks. utilisation : None where no stone has a strength.
     ties : What each straight part of a tie bears, by name; None where there are none.
@@ -286,6 +288,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     supports: dict[str, Wrench]
     applied: FloatArray
     load_factors: dict[str, float] | None = None
+    damping: DampingTold | None = None
     certificate: Certificate
     stress: Stress | None = None
     utilisation: Utilisation | None = None

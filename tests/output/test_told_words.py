@@ -1,6 +1,7 @@
 """Told words: numbers of joints, stones and supports, in sentences that are right for one and for many."""
 
 from masonry_fem.output.told_words import (
+    damping_words,
     finer_elements,
     greatest_supports,
     joint_count,
@@ -42,3 +43,22 @@ def test_of_many_supports_those_with_the_greatest_forces_are_named_in_their_orde
 def test_refinement_is_named_where_it_can_be_had():
     assert "--refine-to" in finer_elements({})
     assert "--refine-to" not in finer_elements({"stages": [{"name": "built"}]})
+
+
+def test_damping_is_told_with_its_factors_and_what_it_took():
+    none = {"theta": 0.5, "velocity_factor": 1.0, "rayleigh": {}}
+    energy = {"damping_dissipation": 3.1, "numerical_dissipation": 1e-12, "largest": 10.0}
+    assert damping_words({}) == ""
+    plane = damping_words({"damping": none, "energy": energy, "applied": [0.0, 1.0]})
+    assert plane.endswith("J/m")
+    assert damping_words({"damping": none, "energy": energy}) == (
+        "none of the stones; θ = 0.5, finite steps took 0 J"
+    )
+    stones = {"brick": {"mass": 0.2, "stiffness": 0.0003}, "oak": {"mass": 0.0, "stiffness": 0.01}}
+    impacts = {"impact_normal": 1.0, "impact_tangential": 0.5}
+    told = none | {"theta": 0.7, "velocity_factor": 0.9, "rayleigh": stones, "restitution": [0.0, 0.3]}
+    assert damping_words({"damping": told, "energy": energy | impacts}) == (
+        "Rayleigh in brick (α = 0.2 1/s, β = 0.0003 s), Kelvin–Voigt in oak (β = 0.01 s), "
+        "velocities × 0.9 after each step took 3.1 J; θ = 0.7, finite steps took 0 J; "
+        "impacts with e = 0 to 0.3 took 1.5 J"
+    )

@@ -18,8 +18,11 @@ import numpy as np
 from masonry_fem.analyses.cells.cell import MOST, Cell, fingerprint
 from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.incremental.records import Intensity, Record, parsed_scales, read_records
+from masonry_fem.analyses.run.reopening import begun
+from masonry_fem.build import build
 from masonry_fem.build.shaking import shaking
 from masonry_fem.errors import MasonryError
+from masonry_fem.records.remark import gathered
 from masonry_fem.results.incremental import ShakenTold
 from masonry_fem.scene import check, dumps, specs
 from masonry_fem.scene.overrides import apply
@@ -64,7 +67,7 @@ class Shaken:
 
     Raises
     ------
-    MasonryError : A record cannot be read, or the scene cannot be shaken so.
+    MasonryError : A record cannot be read, or the scene cannot be built or shaken so.
     """
 
     def __init__(self, source: Source, given: Sequence[str | Path], period: float | None) -> None:
@@ -73,6 +76,8 @@ class Shaken:
         # with a record, as files that the scene names need not be there
         self.scene, _ = self._scaled(self._records[0], 1.0)
         self._refuse()
+        with gathered(aloud=False):  # what cannot be built is refused once, not run by run
+            begun(self.scene, build(self.scene, self._base), self._base)
         self.intensity = Intensity(period, self.scene.output.spectrum_damping)
 
     def _axes(self) -> list[str]:

@@ -43,6 +43,7 @@ from masonry_fem.output.vtu import (
     named,
     remove_others,
     settle_files,
+    tie_names,
     write_points,
     write_vtu,
 )
@@ -123,7 +124,7 @@ class FieldFiles:
             arrays = {DISPLACEMENT: three(state.points) - reference} | contact_arrays(model, state)
             if self._statics:
                 arrays.pop(SLIP)
-            meta = field_data(model, state) | {"status_names": named(STATUS_NAMES)}
+            meta = field_data(model, state) | {"status_names": named(STATUS_NAMES)} | tie_names(model)
             write_points(path, reference, arrays, meta)
             self._contacts.add(path, report.time)
         if state.acting is not None:

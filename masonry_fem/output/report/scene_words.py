@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from masonry_fem.output.sheet import quantity
+from masonry_fem.output.told_words import damping_words
 
 SHOWN = (
     "materials", "structures", "overrides", "joints", "supports", "loads", "design", "initial", "analysis",
@@ -107,6 +108,8 @@ def _assumed(scene: Mapping[str, Any], summary: Mapping[str, Any]) -> Iterator[s
     kind = scene.get("analysis", {}).get("kind", "statics")
     if kind == "statics":
         yield "Statics: no inertia; the time is the load factor, and loads act from a start without stress."
+    if damping := damping_words(summary):
+        yield f"Damping: {damping}."
     if "utilisation" in summary:
         yield (
             "Utilisation is ⟨σ1⟩/f_t + ⟨−σ3⟩/f_c of the principal stresses: pressure from the sides adds no "

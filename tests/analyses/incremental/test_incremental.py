@@ -109,29 +109,61 @@ def test_tables_and_pictures_tell_of_all_runs(column: Path, capsys) -> None:
 
 
 @pytest.mark.slow
-def test_a_kill_loses_no_run(column: Path) -> None:
+@pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGINT])
+def test_an_end_by_a_signal_loses_no_run(column: Path, sent: signal.Signals) -> None:
     records = [str(path) for path in sorted(column.parent.glob("pulse*.csv"))]
     command = [sys.executable, "-m", "masonry_fem", "study", str(column), "--records", *records, *ASKED]
-    command += ["--quiet", "--workers", "1", "--out", str(column.parent / "out")]
-    cells, kills = column.parent / "out" / "cells", 0
+    command += ["--quiet", "--workers", "1", "--out"]
+    out = column.parent / "out"
+    cells, ends = out / "cells", 0
     kept: dict[Path, int] = {}
     for wanted in (2, 5):
-        process = subprocess.Popen(command, start_new_session=True)
+        process = subprocess.Popen([*command, str(out)], start_new_session=True)
         until = time.monotonic() + 300
-        while len(list(cells.glob("*.json"))) < wanted and process.poll() is None:
+        while len(done(cells)) < wanted and process.poll() is None:
             assert time.monotonic() < until
             time.sleep(0.02)
         if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            kills += 1
-        process.wait()
+            os.killpg(process.pid, sent)
+            ends += 1
+        assert process.wait() in (-signal.SIGKILL, 130, 0)
         for path, stamp in kept.items():
             assert path.stat().st_mtime_ns == stamp
-        kept = {path: path.stat().st_mtime_ns for path in cells.glob("*.json")}
-    assert kills
-    assert subprocess.run(command, check=False).returncode == 0
+        kept = done(cells)
+    assert ends
+    assert 2 <= len(kept) < 8
+    assert subprocess.run([*command, str(out)], check=False).returncode == 0
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in kept.items())
-    assert len(json.loads((column.parent / "out" / "incremental.json").read_text())["runs"]) == 8
+    whole = column.parent / "whole"
+    assert subprocess.run([*command, str(whole)], check=False).returncode == 0
+    assert contents(out) == contents(whole)
+
+
+def done(cells: Path) -> dict[Path, int]:
+    """When the runs were written that have come to an end; one that a signal cut short has "failed"."""
+    paths = [path for path in cells.glob("*.json") if '"outcome": "failed"' not in path.read_text()]
+    return {path: path.stat().st_mtime_ns for path in paths}
+
+
+def contents(folder: Path) -> dict[str, object]:
+    """All files that are not hidden, without what differs from run to run: times, memory, the log."""
+    found: dict[str, object] = {}
+    for path in folder.rglob("*"):
+        name = path.relative_to(folder)
+        if not path.is_file() or any(part.startswith(".") for part in name.parts):
+            continue
+        if path.suffix == ".json":
+            told = json.loads(path.read_text())
+            for row in (told, *told.get("runs", ())):
+                for key in ("cpu", "wall", "start", "peak_memory_mb"):
+                    row.pop(key, None)
+            found[str(name)] = told
+        elif path.name == "incremental.csv":
+            with path.open(newline="") as file:
+                found[str(name)] = [row | {"cpu [s]": ""} for row in csv.DictReader(file)]
+        elif path.suffix != ".log":
+            found[str(name)] = path.read_bytes()
+    return found
 
 
 @pytest.mark.parametrize(
@@ -150,6 +182,8 @@ def test_a_kill_loses_no_run(column: Path) -> None:
             "is no analysis in time",
         ),
         (["stages=[{name='a'}]"], {"scales": "1"}, "has stages"),
+        (["probes.top.block='pier.b9'"], {"scales": "1"}, "pier.b9"),
+        (["analysis.start='gone'"], {"scales": "1"}, "gone"),
         (
             ["loads.accelerograms=[{x='pulse4.csv'}, {x='pulse7.csv'}]"],
             {"scales": "1"},

@@ -36,6 +36,7 @@ ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 THROUGH = 0.5
 NEARER = 0.1  # of a gap between faces that are inclined: by how much less a corner of theirs may have
 SHOWN = 5  # pairs of blocks that a message names
+TOGETHER = 1 << 17  # pairs of faces that are cut together, at most: memory
 
 
 def detect(
@@ -163,10 +164,22 @@ def _cut(
 ) -> tuple[list[Interface], IntArray]:
     """Interfaces of the face pairs whose common part is large, and ``within`` a gap and an overlap.
 
-    And the blocks of those whose common part is no mere edge, yet too small, shape (s, 2).
+    And the blocks of those whose common part is no mere edge, yet too small, shape (s, 2). Of leaves far
+    thinner than they are wide each faces hundreds of others: so many pairs are cut one lot after another.
     """
-    if len(pairs) == 0:
-        return [], np.empty((0, 2), dtype=np.int64)
+    found: list[Interface] = []
+    slivers = [np.empty((0, 2), dtype=np.int64)]
+    for first in range(0, len(pairs), TOGETHER):
+        some, thin = _cut_some(pairs.only(slice(first, first + TOGETHER)), posed, faces, within, size)
+        found += some
+        slivers.append(thin)
+    return found, np.concatenate(slivers)
+
+
+def _cut_some(
+    pairs: FacePairs, posed: Posed, faces: PosedFaces, within: tuple[float, float], size: float
+) -> tuple[list[Interface], IntArray]:
+    """The same of as many pairs as memory holds."""
     c, a = pairs.candidate, pairs.antagonist
     mean = faces.normal[a] - faces.normal[c]
     normal = np.where(pairs.carried[:, None], faces.normal[a], mean / np.linalg.norm(mean, axis=1)[:, None])
@@ -196,19 +209,21 @@ def _cut(
     if polygon.shape[2] == 3:
         width = width / np.linalg.norm(_extent(polygon[sliver], real[sliver]), axis=1)
     sliver = sliver[width > EDGE * size]
-    sides = np.stack([c, a], axis=1)
-    blocks, numbers = faces.block[sides].tolist(), faces.face[sides].tolist()
+    sides, rows = np.stack([c, a], axis=1), np.flatnonzero(accepted)
+    blocks, numbers = faces.block[sides[rows]].tolist(), faces.face[sides[rows]].tolist()
+    # those of the others need not be kept
+    normal, polygon, gap, many = normal[rows], polygon[rows], gap[rows], corners[rows]
     made = [
         Interface(
             blocks=tuple(blocks[m]),
             faces=tuple(numbers[m]),
             normal=normal[m],
-            polygon=polygon[m, : corners[m]],
-            gap=gap[m, : corners[m]],
-            area=float(area[m]),
+            polygon=polygon[m, : many[m]],
+            gap=gap[m, : many[m]],
+            area=float(area[rows[m]]),
             label=posed.label(blocks[m], numbers[m]),
         )
-        for m in np.flatnonzero(accepted)
+        for m in range(len(rows))
     ]
     return made, faces.block[sides[sliver]]
 

@@ -17,6 +17,7 @@ TILTED = 1e-5  # angle between faces [rad] above which one of them carries the o
 # of two inclined faces one carries the other only if the depths to which they reach into the blocks differ
 # by more than this share of the larger depth
 ALIKE = 0.5
+AT_ONCE = 1 << 20  # pairs of blocks that are looked at in one compiled call, which Ctrl-C waits for
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,10 @@ class FacePairs:
     def __len__(self) -> int:
         return len(self.candidate)
 
+    def only(self, rows: slice) -> FacePairs:
+        """Some of the pairs."""
+        return FacePairs(self.candidate[rows], self.antagonist[rows], self.carried[rows])
+
 
 def facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tuple[IntArray, IntArray]:
     """Pieces of faces that look at each other and whose bounding boxes are near.
@@ -53,8 +58,10 @@ def facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tupl
     Rows of ``faces``, one array for each block of the pairs, each of shape (m,).
     """
     low, high = faces.points.min(axis=1), faces.points.max(axis=1)
-    rows: IntArray = facing_rows(
-        faces.normal, low, high, faces.first, pairs, -math.cos(math.radians(angle)), far
+    cosine = -math.cos(math.radians(angle))
+    lots = [pairs[start : start + AT_ONCE] for start in range(0, len(pairs), AT_ONCE)] or [pairs]
+    rows = np.concatenate(
+        [facing_rows(faces.normal, low, high, faces.first, lot, cosine, far) for lot in lots]
     )
     return rows[:, 0], rows[:, 1]
 

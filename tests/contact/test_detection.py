@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from masonry_fem.contact import detection, facing
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly, Block, Shape
@@ -252,6 +253,20 @@ def test_same_answer_twice():
     for a, b in zip(first, second, strict=True):
         assert (a.blocks, a.faces, a.area) == (b.blocks, b.faces, b.area)
         assert a.polygon.tobytes() == b.polygon.tobytes()
+
+
+def test_pairs_in_lots_give_the_same_bits(monkeypatch):
+    whole = detect(wall(3, 3, 3))
+    monkeypatch.setattr(facing, "AT_ONCE", 4)
+    monkeypatch.setattr(detection, "TOGETHER", 5)
+    lots = detect(wall(3, 3, 3))
+    assert len(lots) == len(whole) > 5
+    for one, other in zip(lots, whole, strict=True):
+        assert (one.blocks, one.faces, one.label, one.area) == (
+            other.blocks, other.faces, other.label, other.area,
+        )  # fmt: skip
+        np.testing.assert_array_equal(one.polygon, other.polygon)
+        np.testing.assert_array_equal(one.gap, other.gap)
 
 
 def test_interfaces_come_by_blocks_then_faces():

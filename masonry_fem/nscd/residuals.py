@@ -37,7 +37,7 @@ class Quality:
     max_penetration : Worst −v_N ≥ 0, gap term included [m/s].
     min_normal : Least p̃_N, at most 0 [N s].
     cone_violation : Worst ‖p̃_T‖ − μ p̃_N ≥ 0 [N s].
-    complementarity : Worst |p̃ · v̂| [J].
+    complementarity : Worst ``|p̃ · v̂|`` [J].
 
     Notes
     -----

@@ -211,7 +211,7 @@ def _cut_some(
     sliver = sliver[width > EDGE * size]
     sides, rows = np.stack([c, a], axis=1), np.flatnonzero(accepted)
     blocks, numbers = faces.block[sides[rows]].tolist(), faces.face[sides[rows]].tolist()
-    # those of the others need not be kept
+    # views would keep the arrays of all pairs
     normal, polygon, gap, many = normal[rows], polygon[rows], gap[rows], corners[rows]
     made = [
         Interface(

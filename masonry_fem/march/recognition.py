@@ -9,6 +9,7 @@ joint, and a flat one in parts, is one joint, whatever the number of its facets.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -61,8 +62,10 @@ def recognise(
     part = [index for index, way in enumerate(how) if way not in ("closed", "apart")]
     # along the structure: by the first of their blocks that is no support
     part.sort(key=lambda index: sorted((motion.held[b], b) for b in model.interfaces[first[index]].blocks))
+    facets = _by_number(joint, len(how))
+    points_of = _by_number(np.where(telling, joint[model.contacts.interface], -1), len(how))
     joints = tuple(
-        _joint(model, motion, points, np.flatnonzero(joint == index), how[index], telling) for index in part
+        _joint(model, motion, points, facets[index], how[index], points_of[index]) for index in part
     )
     shown = np.flatnonzero(~motion.held | moves)
     closed = [first[index] for index, way in enumerate(how) if way == "closed"]
@@ -161,17 +164,24 @@ def _fastest(joint: IntArray, interface: IntArray, speed: FloatArray) -> NDArray
     return mask
 
 
+def _by_number(number: IntArray, count: int) -> list[IntArray]:
+    """Where each of so many numbers stands, ascending; less than 0 is none."""
+    order = np.argsort(number, kind="stable")
+    ends = np.searchsorted(number[order], np.arange(count + 1))
+    return [order[start:end] for start, end in itertools.pairwise(ends.tolist())]
+
+
 def _joint(
     model: Model,
     motion: BlockMotion,
     points: PointMotion,
     facets: IntArray,
     how: str,
-    telling: NDArray[np.bool_],
+    telling: IntArray,
 ) -> Joint:
-    """Place and relative motion of a joint."""
+    """Place and relative motion of a joint, from its facets and the points that tell where."""
     interface = model.interfaces[facets[0]]
-    at = points.at[np.isin(model.contacts.interface, facets) & telling].mean(axis=0)
+    at = points.at[telling].mean(axis=0)
     first, second = interface.blocks
     slip = motion.at(np.array([first]), at[None])[0] - motion.at(np.array([second]), at[None])[0]
     names = tuple(model.assembly.blocks[block].name for block in interface.blocks)

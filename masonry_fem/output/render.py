@@ -176,8 +176,8 @@ class Stage:
 
 def _drawn(window: Any) -> NDArray[np.uint8]:
     """Draw a window: red, green, blue and alpha of its pixels, rows from below, shape (height, width, 4)."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: PLC0415
-    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray  # noqa: PLC0415
+    from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: PLC0415 - VTK is slow to import
+    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray  # noqa: PLC0415 - VTK is slow to import
 
     window.Render()
     data, front = vtkUnsignedCharArray(), 1

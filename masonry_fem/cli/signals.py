@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import _thread
 import contextlib
+import gc
 import importlib._bootstrap
+import logging
 import signal
 import sys
 import threading
@@ -12,6 +14,8 @@ import time
 from collections.abc import Iterator
 from types import FrameType
 from typing import Any
+
+log = logging.getLogger(__name__)
 
 # signals that ask for the end, and what answers each of them unless somebody has changed that
 ANSWERED = {
@@ -32,8 +36,9 @@ class Ended(KeyboardInterrupt):
 
 
 class Received:
-    """Number of the signal that came; SIGINT where none of the others did."""
+    """Whether a signal came, and its number; SIGINT where none of the others did."""
 
+    came: bool = False
     number: int = signal.SIGINT
 
 
@@ -51,7 +56,7 @@ def answered() -> Iterator[Received]:
         if _loads(frame):
             _send_again(number)
             return
-        received.number = number
+        received.came, received.number = True, number
         raise KeyboardInterrupt if number == signal.SIGINT else Ended(number)
 
     kept = {}
@@ -62,9 +67,11 @@ def answered() -> Iterator[Received]:
     reported = sys.unraisablehook
 
     def lost(what: Any) -> None:
-        """Send again a signal that came in ``__del__``, out of which no exception leads."""
+        """Send again a signal that came in ``__del__``, out of which no exception leads; tell of all else."""
         if isinstance(what.exc_value, KeyboardInterrupt):
             _send_again(getattr(what.exc_value, "number", signal.SIGINT))
+        elif received.came:
+            log.debug("%s: %r", what.object, what.exc_value)
         else:
             reported(what)
 
@@ -72,6 +79,8 @@ def answered() -> Iterator[Received]:
     try:
         yield received
     finally:
+        if received.came:
+            gc.collect()  # what is half made and holds itself would complain later
         sys.unraisablehook = reported
         for one, before in kept.items():
             signal.signal(one, before)

@@ -1,5 +1,7 @@
 """Terminals of any encoding and width, and signals: what a command says and how it ends."""
 
+import contextlib
+import gc
 import importlib
 import io
 import os
@@ -170,6 +172,41 @@ def test_a_signal_that_comes_while_something_is_thrown_away_is_not_lost(number):
         pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
     with answered(), pytest.raises(KeyboardInterrupt):
         wait(Thrown())
+
+
+def test_what_a_signal_left_half_made_goes_in_silence():
+    """LLVM's objects look for what their constructors would have made, as they are thrown away."""
+
+    class Made:
+        def __init__(self, number):
+            self.itself = self
+            if number is not None:
+                signal.raise_signal(number)
+            self.handle = 1
+
+        def __del__(self):
+            del self.handle
+
+    class Wrong(Made):
+        def __init__(self):
+            """Make nothing."""
+
+    def thrown_away(number):
+        with contextlib.suppress(KeyboardInterrupt):
+            Made(number)
+
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        pytest.skip("SIGINT is ignored here, as shells have their background jobs do")
+    told = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "unraisablehook", lambda what: told.append(type(what.exc_value)))
+        with answered() as received:
+            Wrong()
+            assert told == [AttributeError]  # nothing was interrupted yet
+            thrown_away(signal.SIGINT)
+        assert received.came
+        gc.collect()
+    assert told == [AttributeError]
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda number: number.name)

@@ -1,5 +1,7 @@
 """Interior point: walls that stick, slide, tip, or all at once; and what "auto" makes of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, sol
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from tests.nscd import families, walls
+from tests.nscd.plane import plane_wall, soft
 
 WALLS = [(horizontal, friction) for horizontal in (0.1, 0.3, 0.6) for friction in (0.2, 0.6, 1.2)]
 
@@ -97,6 +100,16 @@ def test_where_there_is_no_equilibrium_it_says_that_it_stalled():
     solution = iterate(problem, InteriorPoint(), SolverSettings(tolerance=1e-8))
     assert solution.outcome is Outcome.STALLED
     assert np.isfinite(solution.impulse).all()
+
+
+def test_wide_gaps_between_elastic_blocks_do_not_hold_it_up():
+    """A gap closes within a step at a speed far above those at which stones deform."""
+    wall = soft(plane_wall())
+    upper = wall.bodies >= wall.body_count - 3
+    free = wall.free_velocity.copy()
+    free[upper.any(axis=1) & ~upper.all(axis=1), 0] = 100.0
+    solution = iterate(replace(wall, free_velocity=free), InteriorPoint(), SolverSettings(tolerance=1e-8))
+    assert solution.converged
 
 
 def test_a_first_guess_that_holds_is_kept():

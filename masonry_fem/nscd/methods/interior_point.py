@@ -127,9 +127,13 @@ class InteriorPointRun:
         self.x, self.z = np.zeros_like(self.shape), np.zeros_like(self.shape)
         # p_N and v̂_N of the problem's size whatever μ; where μ < 1 their sum with the tangential part
         ratio = np.maximum(self.friction, 1.0)
-        self.x[:, 0] = self.unit * ratio
-        self.z[:, 0] = speed / ratio
+        slow = speed / ratio
         self.rigid_velocity = problem.rigid_velocity.copy()
+        # contacts that part by themselves begin at that speed, with less impulse: steps that are to make
+        # far larger speeds are cut to nothing
+        parting = problem.velocity(np.zeros_like(self.x), self.rigid_velocity)[:, 0]
+        self.z[:, 0] = slow + np.maximum(parting, 0.0) / self.friction
+        self.x[:, 0] = self.unit * ratio * slow / self.z[:, 0]
         # p, where it is not p̃
         self.impulse = None if problem.cohesion_stiffness is None else self.x / self.shape
         # where nothing but springs holds blocks without inertia, they move far beyond the first speeds

@@ -21,7 +21,8 @@ class Room:
     ----------
     package : The folder. page, name : Of the guide, and of its file. keys : What a scene says for it.
     told : What the reference says of it. table : Tests over all in the folder. asked : What finds the files.
-    faulty : Files that lack something, and the sentences that say so; ``FILE`` stands for the file's name.
+    faulty : Files that lack something, and the sentences that say so; ``FILE`` stands for the file,
+        and ``NAME`` for its name.
     """
 
     package: str
@@ -50,14 +51,14 @@ normal_energy = 18.0, tangential_energy = 60.0
 """.replace("\n", " ")
 PIER = """
 from masonry_fem.records.structure import Structure
-class A(Structure, frozen=True, kw_only=True, tag="a"): ...
+class A(Structure, frozen=True, kw_only=True, tag="NAME"): ...
 """
 GLUE = """
 from dataclasses import dataclass
 from masonry_fem.joints import Elastic, Law
 @dataclass(frozen=True)
 class Glue(Elastic):
-    name = "glue"
+    name = "NAME"
     age: complex = 0j
 """
 TAPE = """
@@ -65,7 +66,7 @@ from dataclasses import dataclass
 from masonry_fem.joints import RigidBrittle
 @dataclass(frozen=True)
 class Tape(RigidBrittle):
-    name = "tape"
+    name = "NAME"
     critical_slip: float = 0.0
     apex = tension = frictions = None
 """
@@ -75,17 +76,17 @@ from masonry_fem.fem.material_law import MaterialLaw
 @dataclass(frozen=True)
 class Sand(MaterialLaw):
     'Grains.'
-    name = "sand"
+    name = "NAME"
 """
 REST = """
 from masonry_fem.march.equilibrium import Strategy
-class Rest(Strategy, frozen=True, kw_only=True, tag="rest"): ...
+class Rest(Strategy, frozen=True, kw_only=True, tag="NAME"): ...
 """
 WET = """
 from masonry_fem.fidelities import Fidelity
 class Wet(Fidelity):
     'Stones in water.'
-    name = "wet"
+    name = "NAME"
 """
 LAZY = """
 class Lazy:
@@ -101,12 +102,12 @@ ROOMS = {
         (
             ("", r"FILE has 0 classes of a structure \(none\), expected one.*folder 'parts'"),
             (PIER + "class B(A, tag='b'): ...", r"FILE has 2 classes of a structure \(A, B\).*of its own"),
-            (PIER.replace(', tag="a"', ""), r'FILE: A has no name.*write class A\(Structure, .*tag="name"\)'),
+            (PIER.replace(', tag="NAME"', ""), r'FILE: A has no name.*class A\(Structure, .*tag="NAME"\)'),
             (PIER, r"FILE has no function build.*write def build\(spec: A, "),
-            (PIER.replace('tag="a"', "tag=3"), r'FILE: A has the name 3, which is no text.*tag="name"'),
+            (PIER.replace('"NAME"', "3"), r"FILE: A has the name 3, expected 'NAME', that of its file"),
             (PIER.replace("...", "size: list"), r"FILE: A gives no table .*'size' is a list.*give it one"),
             (PIER.replace("...", "size: 'Lenght'"), r"FILE: A gives no table .*'Lenght' is not defined"),
-            (PIER.replace('"a"', '"wall"'), r"FILE and .*wall\.py both have the name 'wall'.*; rename one"),
+            (PIER.replace("NAME", "wall"), r"FILE: A has the name 'wall', expected 'NAME'.*; write class A"),
         ),
     ),
     "law": Room(
@@ -116,9 +117,9 @@ ROOMS = {
         "joints/test_all_laws.py::test_its_keys_are_explained", "masonry_fem.joints:kinds",
         (
             ("", r"FILE has 0 classes of a law \(none\), expected one, derived from Law"),
-            (GLUE.replace('name = "glue"', ""), r"FILE: Glue has no name.*write name: ClassVar\[str\] = "),
+            (GLUE.replace('name = "NAME"', ""), r"FILE: Glue has no name.*write name: ClassVar\[str\] = "),
             (GLUE.replace("Glue(Elastic)", "Glue(Law)"), "Glue lacks adhesive_reaction, reduce, stored"),
-            (GLUE.replace('"glue"', '"elastic"'), r"FILE and .*elastic\.py both have the name 'elastic'"),
+            (GLUE.replace("NAME", "elastic"), r"FILE: Glue has the name 'elastic', expected 'NAME'"),
             (TAPE, r"FILE: Tape has no parameter friction, critical_opening, expected those .*write them"),
             (GLUE, r"FILE: Glue gives no table .*'age' is a complex.*expected keys of types such as Length"),
         ),
@@ -131,9 +132,9 @@ ROOMS = {
         "fem/materials/test_material_laws.py", "masonry_fem.fem.material_kinds:material_kinds",
         (
             ("", r"FILE has 0 classes of a material law \(none\), expected one, derived from MaterialLaw"),
-            (SAND.replace('name = "sand"', ""), r"FILE: Sand has no name.*write name: ClassVar\[str\] = "),
+            (SAND.replace('name = "NAME"', ""), r"FILE: Sand has no name.*write name: ClassVar\[str\] = "),
             (SAND, r"FILE: Sand lacks measures, update, variables, expected all that MaterialLaw asks for"),
-            (SAND.replace('"sand"', '"mohr_coulomb"'), r"FILE and .*mohr_coulomb\.py both have the name"),
+            (SAND.replace("NAME", "mohr_coulomb"), r"FILE: Sand has the name 'mohr_coulomb', expected"),
         ),
     ),
     "strategy": Room(
@@ -143,9 +144,9 @@ ROOMS = {
         "march/test_every_strategy.py", "masonry_fem.march.equilibrium:kinds",
         (
             ("", r"FILE has 0 classes of a strategy"),
-            (REST.replace(', tag="rest"', ""), r"FILE: Rest has no name"),
+            (REST.replace(', tag="NAME"', ""), r"FILE: Rest has no name"),
             (REST, r"FILE: Rest lacks end, schedule, steps, expected all that Strategy asks for; write it"),
-            (REST.replace('"rest"', '"statics"'), r"FILE and .*statics\.py both have the name 'statics'"),
+            (REST.replace("NAME", "statics"), r"FILE: Rest has the name 'statics', expected 'NAME'"),
         ),
     ),
     "body": Room(
@@ -155,9 +156,9 @@ ROOMS = {
         "bodies/test_conformance.py", "masonry_fem.fidelities:fidelities",
         (
             ("", r"FILE has 0 classes of a fidelity"),
-            (WET.replace('name = "wet"', ""), r'FILE: Wet has no name.*write name = "..." into Wet'),
+            (WET.replace('name = "NAME"', ""), r'FILE: Wet has no name.*write name = "NAME" into Wet'),
             (WET, r"FILE: Wet lacks groups, rank, deforms, expected all that Fidelity asks for; write it"),
-            (WET.replace('"wet"', '"rigid"'), r"FILE and .*rigid\.py both have the name 'rigid'"),
+            (WET.replace("NAME", "rigid"), r"FILE: Wet has the name 'rigid', expected 'NAME'"),
         ),
     ),
     "placement": Room(
@@ -278,7 +279,8 @@ def test_the_tests_have_it(room, start, said, repository):
 def test_what_a_file_lacks_is_said(room, said, tmp_path):
     for number, (text, _) in enumerate(room.faulty):
         (tmp_path / str(number)).mkdir()
-        (tmp_path / str(number) / f"faulty{number}.py").write_text(text, encoding="utf-8")
+        name = f"faulty{number}"
+        (tmp_path / str(number) / f"{name}.py").write_text(text.replace("NAME", name), encoding="utf-8")
     by_name = not room.asked.endswith(("kinds", ":fidelities"))
     code = FAULTS.format(
         asked=room.asked,
@@ -290,7 +292,8 @@ def test_what_a_file_lacks_is_said(room, said, tmp_path):
     lines = said(code).splitlines()
     assert len(lines) == len(room.faulty)
     for number, (line, (_, sentence)) in enumerate(zip(lines, room.faulty, strict=True)):
-        assert re.search("^ExtensionError .*" + sentence.replace("FILE", rf"faulty{number}\.py"), line), line
+        told = sentence.replace("FILE", r"NAME\.py").replace("NAME", f"faulty{number}")
+        assert re.search(f"^ExtensionError .*{told}", line), line
 
 
 def write_scene(name, folder, repository):

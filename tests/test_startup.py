@@ -5,6 +5,9 @@ import sys
 
 import pytest
 
+from masonry_fem.errors import SceneError
+from masonry_fem.scene import load
+
 HEAVY = {"dolfinx", "petsc4py", "mpi4py", "pyvista", "vtk", "vtkmodules", "gmsh", "matplotlib"}
 HANDY = {"numpy", "scipy", "numba", "rich", "pint"}
 
@@ -27,6 +30,25 @@ def loaded(code, folder):
     ids=["import", "help"],
 )
 def test_start_loads_no_library(code, repository):
+    assert not loaded(code, repository) & (HEAVY | HANDY)
+
+
+FAULTS = {
+    "unknown key 'colour'": "colour = 'red'",
+    "lacks the key 'structures'": "materials.stone.density = 2400.0",
+    "fidelity": "fidelity = 'soft'\nmaterials = {}\nstructures = []",
+    "density": "materials.stone.density = -1.0\nstructures = []",
+}
+
+
+@pytest.mark.parametrize("told", FAULTS)
+def test_a_refused_file_loads_no_library(told, repository, tmp_path):
+    """Structures, which need NumPy, are read after these keys."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(FAULTS[told], encoding="utf-8")
+    with pytest.raises(SceneError, match=told):
+        load(scene)
+    code = f"import masonry_fem.cli\nassert masonry_fem.cli.main(['check', {str(scene)!r}]) == 1"
     assert not loaded(code, repository) & (HEAVY | HANDY)
 
 

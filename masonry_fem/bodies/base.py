@@ -18,18 +18,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
-if TYPE_CHECKING:  # scenes that are only read need no SciPy
+if TYPE_CHECKING:  # scenes that are only read need neither NumPy nor SciPy
+    import numpy as np
+    from numpy.typing import NDArray
     from scipy import sparse
 
     from masonry_fem.solid.submerged import Submerged
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+type FloatArray = NDArray[np.float64]
+type IntArray = NDArray[np.int64]
 
 # Opaque to the march: each group defines its own frozen state and force arrays.
 State = Any
@@ -547,8 +547,8 @@ def by_block(group: Shown, values: FloatArray) -> list[FloatArray]:
     group : The blocks.
     values : Values at all nodes, as ``positions`` returns them, shape (v, ...).
     """
-    ends = np.cumsum([len(group.nodes(body)) for body in range(len(group.blocks))])
-    return np.split(values, ends[:-1])
+    ends = accumulate(len(group.nodes(body)) for body in range(len(group.blocks)))
+    return [values[start:end] for start, end in pairwise([0, *ends])]
 
 
 def nonlinear(group: Moves) -> Nonlinear:

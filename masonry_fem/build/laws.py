@@ -24,7 +24,7 @@ from masonry_fem.build.ties import tie_law
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.joints.assignment import Assignment
-from masonry_fem.joints.kinds import kinds
+from masonry_fem.joints.kinds import kind
 from masonry_fem.joints.law import Law, Place
 from masonry_fem.joints.laws.parts.bed import Bed
 from masonry_fem.joints.laws.parts.closure import Closure
@@ -200,9 +200,9 @@ def _tell_apart(
     points: NDArray[np.int64],
 ) -> None:
     """Warn of faces that are open at the start under a rigid law, which pulls them together."""
-    if joint.law is None or joint.law.kind not in kinds():  # a class of the user's own says nothing of gaps
+    if joint.law is None or isinstance(joint.law, specs.PythonLaw):  # a user's own class says nothing of gaps
         return
-    if not issubclass(kinds()[joint.law.kind].law, RigidBrittle):
+    if not issubclass(kind(joint.law.kind).law, RigidBrittle):
         return
     areas = np.array([interface.area for interface in interfaces])[contacts.interface[points]]
     extent = areas ** (1.0 / (contacts.points.shape[-1] - 1))
@@ -261,7 +261,7 @@ def _faces(part: _Part) -> Law:
     told = msgspec.structs.asdict(joint.law)
     alike = {"residual_friction": part.factor["friction"]} if "friction" in part.factor else {}
     drawn = {"friction": friction} | scattered(told, part.factor | alike)
-    make = kinds()[joint.law.kind].law.made
+    make = kind(joint.law.kind).law.made
     return _made(key, make, told, drawn, Place(key, partial(_laplacian, part)))
 
 

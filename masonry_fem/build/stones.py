@@ -19,7 +19,7 @@ from msgspec import structs
 from masonry_fem.bodies.support import Clamp, Motion
 from masonry_fem.build.supports import motion_of
 from masonry_fem.errors import SceneError
-from masonry_fem.fem.material_kinds import material_kinds
+from masonry_fem.fem.material_kinds import names
 from masonry_fem.fidelities import deforms
 from masonry_fem.fidelities import fidelity as fidelity_of
 from masonry_fem.host.phases import At
@@ -284,7 +284,7 @@ def _check_materials(
 
 
 def _laws() -> str:
-    return ", ".join(f"law = '{name}'" for name in material_kinds())
+    return ", ".join(f"law = '{name}'" for name in names())
 
 
 def meshed(stones: Stones, before: Stones | None = None, at: At | None = None) -> Stones:

@@ -57,9 +57,9 @@ def _arguments(top: argparse.ArgumentParser) -> Iterable[tuple[str, argparse.Act
 
 
 def _structures() -> Iterable[str]:
-    from masonry_fem.structures import kinds
+    from masonry_fem.structures import names
 
-    return kinds()
+    return names()
 
 
 def _keys() -> Iterable[str]:

@@ -44,20 +44,21 @@ def print_info(options: argparse.Namespace) -> int:
 
 def offered() -> dict[str, Iterable[str]]:
     """What scenes may ask for by name, as their folders hold it."""
-    from masonry_fem import fidelities, joints, structures
+    from masonry_fem import fidelities, structures
     from masonry_fem.contact import placement
     from masonry_fem.fem import material_kinds
+    from masonry_fem.joints.kinds import names as laws
     from masonry_fem.march import equilibrium
     from masonry_fem.nscd import methods
     from masonry_fem.output import asked
 
     return {
-        "structures": structures.kinds(),
+        "structures": structures.names(),
         "fidelities": fidelities.fidelities(),
-        "laws": joints.kinds(),
-        "materials": material_kinds.material_kinds(),
+        "laws": laws(),
+        "materials": material_kinds.names(),
         "placements": placement.names(),
-        "analyses": equilibrium.kinds(),
+        "analyses": equilibrium.names(),
         "solvers": methods.names(),
         "outputs": asked.names(),
     }

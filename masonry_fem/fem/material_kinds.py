@@ -1,7 +1,7 @@
 """Material kinds: the laws of the folder ``materials``, each with the record that a scene file makes of it.
 
-    material_kinds()["drucker_prager"].record(cohesion=2e6, friction_angle=35.0)    # what a scene says
-    law_of(record)                                                                  # the law itself
+    record("drucker_prager")(cohesion=2e6, friction_angle=35.0)      # what a scene says
+    law_of(told)                                                     # the law itself, of such a record
 
 A record has the law's parameters as its keys.
 """
@@ -18,17 +18,8 @@ import msgspec
 from masonry_fem.fem import materials
 from masonry_fem.fem.material_law import MaterialLaw
 from masonry_fem.joints.parameters import table_of
-from masonry_fem.records.discovery import Found, discovered
-from masonry_fem.records.record import Spec
-
-
-class MaterialRecord(Spec, frozen=True, kw_only=True, tag_field="law"):
-    """What a scene says of the law of a material that yields or breaks."""
-
-    @property
-    def law(self) -> str:
-        """The law's name in scene files."""
-        return str(self.__struct_config__.tag)
+from masonry_fem.records import discovery
+from masonry_fem.records.law import MaterialRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,39 +31,41 @@ class MaterialKind:
     file: str
 
 
+def names() -> tuple[str, ...]:
+    """The laws that a scene may ask for; none is loaded."""
+    return discovery.names(materials.__path__)
+
+
 @cache
+def material_kind(name: str) -> MaterialKind:
+    """The law with a name in scene files."""
+    found = discovery.discovered(
+        materials.__name__, name, MaterialLaw, "material law", lambda law: vars(law).get("name"),
+        'write name: ClassVar[str] = "{name}" in it',
+    )  # fmt: skip
+    told = table_of(found.kind, name, MaterialRecord, found.file, _again)
+    return MaterialKind(cast("type[MaterialRecord]", told), found.kind, found.file)
+
+
 def material_kinds() -> Mapping[str, MaterialKind]:
     """Every law by its name in scene files."""
-    naming = 'write name: ClassVar[str] = "..." in it'
-    found = discovered(
-        "masonry_fem.fem.materials", materials.__path__, MaterialLaw, "material law", _name, naming
-    )
-    return {name: _kind(name, one) for name, one in found.items()}
+    return {name: material_kind(name) for name in names()}
 
 
-def law_of(record: MaterialRecord) -> MaterialLaw:
+def record(name: str) -> type[MaterialRecord]:
+    """What a scene file says of the law with a name."""
+    return material_kind(name).record
+
+
+def law_of(told: MaterialRecord) -> MaterialLaw:
     """The law that a record describes.
 
     Raises
     ------
     LawError : Its parameters contradict mechanics or each other.
     """
-    return material_kinds()[record.law].law(**msgspec.structs.asdict(record))
-
-
-def material_record(law: str, **keys: Any) -> MaterialRecord:
-    """The record of a law: ``material_record("drucker_prager", cohesion=2e6, friction_angle=35.0)``."""
-    return material_kinds()[law].record(**keys)
+    return material_kind(told.law).law(**msgspec.structs.asdict(told))
 
 
 def _again(law: str, keys: dict[str, Any]) -> MaterialRecord:
-    return material_record(law, **keys)
-
-
-def _name(law: type[MaterialLaw]) -> str | None:
-    return vars(law).get("name")
-
-
-def _kind(name: str, found: Found) -> MaterialKind:
-    record = table_of(found.kind, name, MaterialRecord, found.file, _again)
-    return MaterialKind(cast("type[MaterialRecord]", record), found.kind, found.file)
+    return record(law)(**keys)

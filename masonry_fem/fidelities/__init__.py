@@ -2,8 +2,8 @@
 
     fidelity("elastic").groups(given)       # the bodies of all stones of this fidelity
 
-A file has one class derived from ``Fidelity``; ``fidelities()`` finds it, and there is no other list. A
-file imports what it needs beyond NumPy when it makes bodies, so that other scenes never load it.
+A file has one class derived from ``Fidelity``; they are listed nowhere. A file imports what it needs when it
+makes bodies, so that other scenes never load it.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from masonry_fem.bodies.base import BodyGroup
-from masonry_fem.bodies.support import Clamp
 from masonry_fem.errors import SceneError
-from masonry_fem.records.discovery import discovered
-from masonry_fem.solid.assembly import Assembly
+from masonry_fem.records import discovery
 
 if TYPE_CHECKING:
+    from masonry_fem.bodies.base import BodyGroup
+    from masonry_fem.bodies.support import Clamp
     from masonry_fem.fem.material_law import MaterialLaw
     from masonry_fem.scene.specs import Material
+    from masonry_fem.solid.assembly import Assembly
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,19 +87,12 @@ class Fidelity:
         """The bodies of all stones of this fidelity."""
 
 
+def names() -> tuple[str, ...]:
+    """Names of all fidelities in scene files, in alphabetical order; none is loaded."""
+    return discovery.names(__path__)
+
+
 @cache
-def fidelities() -> Mapping[str, type[Fidelity]]:
-    """Every fidelity by its name in scene files, the coarsest first."""
-    naming = 'write name = "..." into {kind}'
-    found = discovered(__name__, __path__, Fidelity, "fidelity", lambda kind: kind.name, naming)
-    return {name: one.kind for name, one in sorted(found.items(), key=lambda pair: pair[1].kind.rank)}
-
-
-def names() -> list[str]:
-    """Names of all fidelities in scene files, in alphabetical order."""
-    return sorted(fidelities())
-
-
 def fidelity(name: str) -> type[Fidelity]:
     """The fidelity with a name.
 
@@ -107,10 +100,19 @@ def fidelity(name: str) -> type[Fidelity]:
     ------
     SceneError : There is none with this name.
     """
-    if name not in fidelities():
+    if name not in names():
         expected = ", ".join(map(repr, names()))
         raise SceneError(f"fidelity is {name!r}, expected one of {expected}; files of masonry_fem/fidelities")
-    return fidelities()[name]
+    naming = 'write name = "{name}" into {kind}'
+    kind: type[Fidelity] = discovery.discovered(
+        __name__, name, Fidelity, "fidelity", lambda kind: kind.name, naming
+    ).kind
+    return kind
+
+
+def fidelities() -> Mapping[str, type[Fidelity]]:
+    """Every fidelity by its name in scene files, the coarsest first."""
+    return {name: fidelity(name) for name in sorted(names(), key=lambda name: fidelity(name).rank)}
 
 
 def deforms(name: str | None) -> bool:

@@ -42,18 +42,14 @@ class Operator(ABC):
     shape: tuple[int, int]
     blocksize: tuple[int, int]
 
-    @property
-    @abstractmethod
-    def nnz(self) -> int:
-        """How many numbers it has between contacts; 0 where all stones are rigid."""
-
     @abstractmethod
     def __matmul__(self, impulse: FloatArray) -> FloatArray:
         """Velocities (c d,) from impulses (c d,)."""
 
-    @abstractmethod
     def elastic(self) -> Mask:
         """Contacts that have a row, shape (c,)."""
+        found: Mask = self.terms() > 0
+        return found
 
     @abstractmethod
     def terms(self) -> IntArray:
@@ -102,19 +98,10 @@ class Stored(Operator):
     def __init__(self, whole: sparse.bsr_array) -> None:
         self.whole, self.shape, self.blocksize = whole, whole.shape, whole.blocksize
 
-    @property
-    def nnz(self) -> int:
-        """Numbers that are stored."""
-        return int(self.whole.nnz)
-
     def __matmul__(self, impulse: FloatArray) -> FloatArray:
         """Velocities (c d,) from impulses (c d,)."""
         velocity: FloatArray = self.whole @ impulse
         return velocity
-
-    def elastic(self) -> Mask:
-        """Contacts that have a row, shape (c,)."""
-        return self._count > 0
 
     def terms(self) -> IntArray:
         """Contacts whose impulses a product sums up at each contact, shape (c,)."""
@@ -295,11 +282,6 @@ class Shared(Operator):
         if self.bed is not None:
             velocity += self.bed * given
         return velocity.ravel()
-
-    def elastic(self) -> Mask:
-        """Contacts that have a row, shape (c,)."""
-        found: Mask = self.terms() > 0
-        return found
 
     def terms(self) -> IntArray:
         """Contacts whose impulses a product sums up at each contact, shape (c,)."""

@@ -196,7 +196,7 @@ def _begun(
     """A run of the method; or of a guess that is a solution already, and its quality."""
     kept = _kept(problem, settings, start, scale)
     if kept is not None:
-        return _Kept(kept[0]), kept[1]
+        return OneOffer(kept[0]), kept[1]
     run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
     return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
 
@@ -230,17 +230,19 @@ def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:
         yield Iterate(np.zeros_like(problem.free_velocity), problem.free_rigid_velocity(), iterations=0)
 
 
-class _Kept:
-    """The run on a problem that is solved already."""
+@dataclass(frozen=True, slots=True)
+class OneOffer:
+    """A run that ends with its guess: a solution already, or one with a verdict."""
 
-    def __init__(self, given: Iterate) -> None:
-        self._given = given
+    offer: Iterate
 
     def guess(self) -> Iterate:
-        return self._given
+        """All that it has."""
+        return self.offer
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
-        raise AssertionError("the first guess is the answer")
+        """Never called."""
+        raise AssertionError("the first offer is the answer or there is none")
 
 
 class _Unshifted:

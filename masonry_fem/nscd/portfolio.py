@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling, weakened
 from masonry_fem.nscd.cohesion import onto_cones
-from masonry_fem.nscd.iterate import Iterate, Method, iterate
+from masonry_fem.nscd.iterate import Iterate, Method, OneOffer, iterate
 from masonry_fem.nscd.methods import make_method
 from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.outcome import Outcome, Solution
@@ -367,24 +367,9 @@ class _Free:
     name = "free"
     iterations = 1
 
-    def init(self, problem: ContactProblem, start: Start | None) -> _FreeRun:
-        return _FreeRun(problem)
-
-
-class _FreeRun:
-    def __init__(self, problem: ContactProblem) -> None:
-        self._problem = problem
-
-    def guess(self) -> Iterate:
-        problem = self._problem
+    def init(self, problem: ContactProblem, start: Start | None) -> OneOffer:
         # without inertia the motion is that of a unit mass, which shows where the loads drive the body
         driven = problem.rigid_velocity + problem.rigid_impulse
-        return Iterate(
-            np.zeros_like(problem.free_velocity),
-            np.where(problem.rigid_mass > 0, problem.free_rigid_velocity(), driven),
-            iterations=0,
-            verdict=Outcome.NO_EQUILIBRIUM,
-        )
-
-    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
-        raise AssertionError("the first guess is the answer or there is none")
+        motion = np.where(problem.rigid_mass > 0, problem.free_rigid_velocity(), driven)
+        impulse = np.zeros_like(problem.free_velocity)
+        return OneOffer(Iterate(impulse, motion, iterations=0, verdict=Outcome.NO_EQUILIBRIUM))

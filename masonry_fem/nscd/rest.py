@@ -25,10 +25,10 @@ from scipy.sparse.linalg import splu
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.admissible import BALANCED, CLOSED, admissible_impulses, static_part
-from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.iterate import Iterate, OneOffer
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.residuals import Quality, assess, balance_rounding
+from masonry_fem.nscd.residuals import assess, balance_rounding
 from masonry_fem.nscd.scaling import free_speed
 from masonry_fem.nscd.settings import SolverSettings, Start
 
@@ -48,30 +48,14 @@ class Rest:
     name: ClassVar[str] = "rest"
     iterations: ClassVar[int] = 1
 
-    def init(self, problem: ContactProblem, start: Start | None) -> RestRun:
-        """A run on a problem."""
-        return RestRun(problem)
-
-
-class RestRun:
-    """Impulses that hold everything where it is."""
-
-    def __init__(self, problem: ContactProblem) -> None:
-        self._problem = problem
-
-    def guess(self) -> Iterate:
-        """The state at rest; that without impulses where contacts move or overlap at rest."""
-        problem = self._problem
+    def init(self, problem: ContactProblem, start: Start | None) -> OneOffer:
+        """Impulses that hold everything where it is; none where contacts move or overlap at rest."""
         impulse = np.zeros_like(problem.free_velocity)
         at_rest, least = problem.free_velocity, CLOSED * free_speed(problem)
         closed = at_rest[:, 0] <= least
         if problem.cohesion_stiffness is None and not (np.abs(at_rest[closed]) > least).any():
             impulse[closed] = holding_impulses(problem.without_compliance().only(np.flatnonzero(closed)))
-        return Iterate(impulse, np.zeros_like(problem.rigid_velocity), verdict=Outcome.STALLED)
-
-    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
-        """Never called: the first offer has a verdict."""
-        raise AssertionError("the first offer is the answer or there is none")
+        return OneOffer(Iterate(impulse, np.zeros_like(problem.rigid_velocity), verdict=Outcome.STALLED))
 
 
 def holding_impulses(problem: ContactProblem) -> FloatArray:

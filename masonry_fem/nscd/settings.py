@@ -5,14 +5,16 @@ solve(problem, SolverSettings(method="newton", tolerance=1e-9), Start(impulse=la
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal, get_args
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Literal, get_args
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import methods
+
+if TYPE_CHECKING:  # scenes that are only read need no NumPy
+    import numpy as np
+    from numpy.typing import NDArray
 
 LinearName = Literal["auto", "direct", "krylov"]
 
@@ -65,7 +67,7 @@ class SolverSettings:
         self._check("acceptable", 0 <= self.acceptable < 1, "a number from 0 to 1")
         self._check("max_iterations", self.max_iterations is None or self.max_iterations >= 1, "at least 1")
         self._check("time_limit", self.time_limit is None or self.time_limit > 0, "more than 0", " s")
-        self._check("least_impulse", 0 <= self.least_impulse < np.inf, "at least 0", " N s")
+        self._check("least_impulse", 0 <= self.least_impulse < math.inf, "at least 0", " N s")
         self._check("relaxation", 0 < self.relaxation < 2, "a number between 0 and 2")
         whole = self.threads is None or (self.threads >= 1 and self.threads == int(self.threads))
         self._check("threads", whole, "a whole number of at least 1")

@@ -21,7 +21,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.outcome import Solution
@@ -97,7 +96,7 @@ def _asked(problem: ContactProblem) -> Unstressed:
             return Unstressed(True, smooth.impulse, np.zeros_like(dragged.motion), (0.0,), dragged.solves)
     for drag in DRAGS:
         there = dragged.reached <= drag or dragged.by_strides(drag)
-        if not (there or _usual(dragged, drag)):
+        if not there and (problem.rigid or not _usual(dragged, drag)):
             break
         shares.append(dragged.lacking())
         if _vanishes(shares):
@@ -135,16 +134,10 @@ def _frictionless(problem: ContactProblem) -> Solution:
 
 
 def _usual(dragged: Drag, drag: float) -> bool:
-    """Go to a drag by the usual methods, which take the contacts' compliance for that of elastic blocks."""
+    """Go to a drag of elastic blocks by the usual methods, which find no way where blocks are rigid."""
     from masonry_fem.nscd.portfolio import solve  # noqa: PLC0415 - which asks this module for a verdict
 
-    problem = dragged.problem
-    if problem.rigid:
-        c, d = problem.free_velocity.shape
-        soft = (dragged.own[:, None, None] * np.eye(d), np.arange(c), np.arange(c + 1))
-        compliance = sparse.bsr_array(soft, shape=(c * d, c * d), blocksize=(d, d))
-        problem = replace(problem, compliance=compliance)
-    held = replace(problem, rigid_mass=drag * dragged.resistance)
+    held = replace(dragged.problem, rigid_mass=drag * dragged.resistance)
     for method in METHODS:
         made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE))
         dragged.solves += made.linear_solves

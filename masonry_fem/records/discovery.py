@@ -1,9 +1,10 @@
 """Discovery: what stands in the files of a folder, one thing a file.
 
-    discovered("masonry_fem.structures", folders, Structure, "structure")["wall"].kind     # WallStructure
+    names(folders)                                                               # of the files, none loaded
+    discovered("masonry_fem.structures", "wall", Structure, "structure").kind    # WallStructure
 
-A file has one class derived from that of its room, which carries the name that scene files call it by.
-Folders within the folder hold what several files share.
+A file has one class derived from that of its room, and scene files call it by the name of the file. Folders
+within the folder hold what several files share.
 """
 
 from __future__ import annotations
@@ -72,50 +73,42 @@ def tag_of(record: Any) -> str | None:
 
 def discovered(
     package: str,
-    folders: Iterable[str],
+    name: str,
     base: Any,
     noun: str,
-    name_of: Callable[[Any], str | None] = tag_of,
-    naming: str = 'write class {kind}({base}, frozen=True, kw_only=True, tag="name")',
-) -> dict[str, Found]:
-    """What the files of a package hold, by name, in the order of the files.
+    name_of: Callable[[Any], object] = tag_of,
+    naming: str = 'write class {kind}({base}, frozen=True, kw_only=True, tag="{name}")',
+) -> Found:
+    """What a file of a package holds.
 
     Parameters
     ----------
-    package, folders : Its name and where its files stand. base : What its classes derive from.
-    noun : What they are, for messages. name_of : Their name. naming : How one is given.
+    package, name : Of the package and of the file. base : What its class derives from.
+    noun : What it is, for messages. name_of : The name that the class has. naming : How it is given one.
 
     Raises
     ------
-    ExtensionError : A file lacks its class, its name or a method, or has the name of another.
+    ExtensionError : The file lacks its class or a method, or the class does not have the file's name.
     """
-    found: dict[str, Found] = {}
-    for file in names(folders):
-        module = import_module(f"{package}.{file}")
-        one = Found(_only(module, base, noun), module)
-        name = name_of(one.kind)
-        if not isinstance(name, str):
-            fault = "no name" if name is None else f"the name {name!r}, which is no text"
-            raise ExtensionError(
-                f"{one.file}: {one.kind.__name__} has {fault}, expected the one that scene files call it by; "
-                + naming.format(kind=one.kind.__name__, base=base.__name__)
-            )
-        if name in found:
-            raise ExtensionError(
-                f"{one.file} and {found[name].file} both have the name '{name}', expected a name of its own "
-                f"for each {noun}; rename one"
-            )
-        lacking = [key for key in dir(one.kind) if _owed(getattr(one.kind, key))]
-        lacking += [key for key in get_annotations(base) if not hasattr(one.kind, key)]
-        if lacking:
-            raise ExtensionError(
-                f"{one.file}: {one.kind.__name__} lacks {', '.join(lacking)}, expected all that "
-                f"{base.__name__} asks for; write it"
-            )
-        if issubclass(one.kind, Struct):
-            check_keys(one.kind, one.file)
-        found[name] = one
-    return found
+    module = import_module(f"{package}.{name}")
+    one = Found(_only(module, base, noun), module)
+    own = name_of(one.kind)
+    if own != name:
+        fault = "no name" if own is None else f"the name {own!r}"
+        raise ExtensionError(
+            f"{one.file}: {one.kind.__name__} has {fault}, expected {name!r}, that of its file, by which "
+            f"scene files call it; {naming.format(kind=one.kind.__name__, base=base.__name__, name=name)}"
+        )
+    lacking = [key for key in dir(one.kind) if _owed(getattr(one.kind, key))]
+    lacking += [key for key in get_annotations(base) if not hasattr(one.kind, key)]
+    if lacking:
+        raise ExtensionError(
+            f"{one.file}: {one.kind.__name__} lacks {', '.join(lacking)}, expected all that "
+            f"{base.__name__} asks for; write it"
+        )
+    if issubclass(one.kind, Struct):
+        check_keys(one.kind, one.file)
+    return one
 
 
 def check_keys(record: type[Struct], file: str) -> None:

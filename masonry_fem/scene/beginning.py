@@ -14,8 +14,9 @@ from typing import Any
 
 import msgspec
 
+from masonry_fem import structures
 from masonry_fem.errors import MasonryError
-from masonry_fem.march.equilibrium import kinds as strategies
+from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
 from masonry_fem.records.structure import Structure
@@ -26,7 +27,6 @@ from masonry_fem.scene.material import Material
 from masonry_fem.scene.misfit import nearest
 from masonry_fem.scene.output import Output
 from masonry_fem.scene.specs import Loads, Scene
-from masonry_fem.structures import kinds
 
 WIDTH = 100
 OWN = ("kind", "name", "material")  # of a structure: they stand first
@@ -44,12 +44,12 @@ def beginning(kind: str) -> str:
     ------
     MasonryError : There is no such kind.
     """
-    known = kinds()
+    known = structures.names()
     if kind not in known:
         raise MasonryError(
             f"'{kind}' is no kind of structure{nearest(kind, known)}; expected one of {', '.join(known)}"
         )
-    record = known[kind].record
+    record = structures.record(kind)
     example = tomllib.loads(docstring.example(record))
     parts = [
         [f"# A scene for masonry-fem: masonry-fem run {kind}.toml",
@@ -61,7 +61,7 @@ def beginning(kind: str) -> str:
         *_held(msgspec.convert(example, record)),
         ["[[joints]]", *_table(Joint, {"friction": 0.6})],
         ["[loads]", *_table(Loads, {"gravity": [0.0, 0.0, -9.81]})],
-        ["[analysis]", 'kind = "statics"', *_table(strategies()["statics"], {})],
+        ["[analysis]", 'kind = "statics"', *_table(Statics, {})],
         ["[design]", *_table(Design, {})],
         ["[output]", *_table(Output, {"report": True})],
     ]  # fmt: skip

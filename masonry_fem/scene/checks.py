@@ -14,9 +14,8 @@ from typing import Any
 import msgspec
 
 from masonry_fem.fidelities import deforms
-from masonry_fem.joints.kinds import kinds
 from masonry_fem.scene.combinations import GRAVITY, cases_of
-from masonry_fem.scene.joint_checks import check_joints, joint_doubts
+from masonry_fem.scene.joint_checks import check_joints, joint_doubts, law_class
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
@@ -240,11 +239,11 @@ def _steered(scene: Scene) -> None:
         heated = scene.loads.temperatures[0].on
         raise wrong(("loads", "temperatures", 0, "on"), heated, f"{none}; heat them in statics")
     for index, joint in enumerate(scene.joints):
-        name = "" if joint.law is None else joint.law.kind
-        if (kind := kinds().get(name)) is not None and kind.law.softens:
+        law = law_class(joint)
+        if joint.law is not None and law is not None and law.softens:
             expected = "'elastic', or no law: a path (analysis.kind) cannot follow joints that soften"
             cure = "; where these are to break move a support in statics"
-            raise wrong(("joints", index, "law", "kind"), name, expected, cure)
+            raise wrong(("joints", index, "law", "kind"), joint.law.kind, expected, cure)
 
 
 def _solver(scene: Scene) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, partial
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from msgspec import inspect
 
@@ -34,6 +35,25 @@ def bare(kind: inspect.Type) -> tuple[inspect.Type, dict[str, Any]]:
     return kind, extra
 
 
+def tables_of(kind: inspect.Type) -> dict[str, Callable[[], inspect.StructType]]:
+    """The tables that a value may be, by the names that choose them; {} where it is none.
+
+    The only table has no name. Of a room's tables each is loaded when it is called for.
+    """
+    kind, extra = bare(kind)
+    if "kinds in" in extra:
+        room = import_module(extra["kinds in"])
+        return {name: partial(_described, room.record, name) for name in room.names()}
+    if isinstance(kind, inspect.UnionType):
+        return {name: table for one in kind.types for name, table in tables_of(one).items()}
+    return {str(kind.tag or ""): lambda: kind} if isinstance(kind, inspect.StructType) else {}
+
+
+@cache
+def _described(record: Callable[[str], type], name: str) -> inspect.StructType:
+    return cast("inspect.StructType", inspect.type_info(record(name)))
+
+
 def _number_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
     unit = extra.get("unit")
     return noun_of(unit) + _range_text(kind) + (f" in {unit}" if unit else "")
@@ -45,7 +65,7 @@ def _choice_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
 
 def _union_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
     choices = alternatives(kind)
-    if isinstance(choices[0], inspect.StructType):
+    if isinstance(bare(choices[0])[0], inspect.StructType):
         return "a table"
     return ", or ".join(expectation(one, dimension) for one in choices)
 
@@ -55,7 +75,7 @@ def _tuple_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
 
 
 def _list_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
-    if isinstance(kind.item_type, inspect.StructType | inspect.UnionType):
+    if isinstance(bare(kind.item_type)[0], inspect.StructType | inspect.UnionType):
         least = {0: "an array of", 1: "one or more"}.get(kind.min_length or 0, f"{kind.min_length} or more")
         return f"{least} tables ([[...]])"
     item = expectation(kind.item_type)

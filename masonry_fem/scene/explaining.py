@@ -20,7 +20,7 @@ from msgspec import inspect
 from masonry_fem.errors import MasonryError
 from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
-from masonry_fem.scene.expectation import bare, expectation
+from masonry_fem.scene.expectation import bare, expectation, tables_of
 from masonry_fem.scene.misfit import nearest
 from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import plain
@@ -211,17 +211,9 @@ def _named(kind: inspect.Type) -> bool:
 
 def _records(kind: inspect.Type) -> dict[str, type[Spec]]:
     """The records within a type, by their tags; one without has the name ""."""
-    kind, _ = bare(kind)
-    match kind:
-        case inspect.StructType():
-            tag = kind.tag
-            return {str(tag) if tag is not None else "": cast("type[Spec]", kind.cls)}
-        case inspect.UnionType():
-            return {name: own for one in kind.types for name, own in _records(one).items()}
-        case inspect.DictType():
-            return _records(kind.value_type)
-        case inspect.VarTupleType():
-            return _records(kind.item_type)
-        case inspect.TupleType():
-            return {name: own for one in kind.item_types for name, own in _records(one).items()}
-    return {}
+    match bare(kind)[0]:
+        case inspect.DictType(value_type=own) | inspect.VarTupleType(item_type=own):
+            return _records(own)
+        case inspect.TupleType(item_types=items):
+            return {name: record for one in items for name, record in _records(one).items()}
+    return {name: cast("type[Spec]", table().cls) for name, table in tables_of(kind).items()}

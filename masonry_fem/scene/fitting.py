@@ -1,8 +1,8 @@
 """Fitting: a plain tree (as TOML gives it) held against the annotations of the records.
 
 ``fitted(tree, type, path, dimension)`` returns the tree with every quantity as a number in SI
-units, or raises a MisfitError that names the first value that does not fit. One function a kind
-of type; the types are msgspec's own description of the records.
+units, and every table as its record, or raises a MisfitError that names the first value that does not
+fit. One function a kind of type; the types are msgspec's own description of the records.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 from msgspec import inspect
 
-from masonry_fem.scene.expectation import alternatives, bare, expectation, is_vector
+from masonry_fem.scene.expectation import alternatives, bare, expectation, is_vector, tables_of
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.quantity import QuantityError, si_value
@@ -25,7 +25,7 @@ LARGEST_COUNT = 2**63 - 1  # what TOML promises
 
 
 def fitted(value: Any, kind: inspect.Type, path: KeyPath, dimension: int | None) -> Any:
-    """The value with quantities converted, where it fits ``kind``.
+    """The value with quantities converted and tables made records, where it fits ``kind``.
 
     Parameters
     ----------
@@ -94,14 +94,14 @@ def _fit_list(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimen
     if not fits:
         expected = expectation(kind, dimension).replace("[[...]]", f"[[{'.'.join(map(str, path))}]]")
         raise wrong(path, value, expected)
-    return [fitted(item, kind.item_type, (*path, i), dimension) for i, item in enumerate(value)]
+    return tuple(fitted(item, kind.item_type, (*path, i), dimension) for i, item in enumerate(value))
 
 
 def _fit_tuple(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
     if not isinstance(value, list | tuple) or len(value) != len(kind.item_types):
         raise wrong(path, value, expectation(kind))
     pairs = zip(value, kind.item_types, strict=True)
-    return [fitted(item, one, (*path, i), dimension) for i, (item, one) in enumerate(pairs)]
+    return tuple(fitted(item, one, (*path, i), dimension) for i, (item, one) in enumerate(pairs))
 
 
 def _fit_named(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
@@ -113,15 +113,18 @@ def _fit_named(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
 
 
 def _fit_table(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
+    if "kinds in" in extra:
+        kind = _tagged(value, inspect.Metadata(kind, extra=extra), kind.tag_field, path)
     if not isinstance(value, dict):
         raise wrong(path, value, "a table" + _table_hint(path, value))
     _check_keys(value, kind, path, dimension)
-    result = {kind.tag_field: kind.tag} if kind.tag_field else {}
-    for field in kind.fields:
-        if field.encode_name in value:
-            place_of = (*path, field.encode_name)
-            result[field.encode_name] = fitted(value[field.encode_name], field.type, place_of, dimension)
-    return result
+    return kind.cls(
+        **{
+            field.name: fitted(value[field.encode_name], field.type, (*path, field.encode_name), dimension)
+            for field in kind.fields
+            if field.encode_name in value
+        }
+    )
 
 
 def _check_keys(value: dict[str, Any], kind: Any, path: KeyPath, dimension: int | None) -> None:
@@ -144,11 +147,10 @@ def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
     choices = alternatives(kind)
     if value is None and len(choices) < len(kind.types):
         return None
-    if isinstance(choices[0], inspect.StructType):
-        return fitted(value, _tagged(value, choices, path), path, dimension)
-    of_lists = [one for one in choices if isinstance(one, inspect.VarTupleType)]
-    others = [one for one in choices if one not in of_lists]
-    fitting = of_lists if isinstance(value, list | tuple) else others
+    first, _ = bare(choices[0])
+    if choices[1:] and isinstance(first, inspect.StructType):
+        return fitted(value, _tagged(value, kind, first.tag_field, path), path, dimension)
+    fitting = _suiting(value, choices)
     if len(fitting) == 1:
         return fitted(value, fitting[0], path, dimension)
     for one in fitting:  # a number or a text: take the first type that accepts the value
@@ -159,21 +161,25 @@ def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
     raise wrong(path, value, expectation(kind, dimension))
 
 
-def _tagged(value: Any, choices: list[inspect.Type], path: KeyPath) -> inspect.Type:
+def _suiting(value: Any, choices: list[inspect.Type]) -> list[inspect.Type]:
+    """Of several types those of lists for a list, and the others for anything else."""
+    of_list = isinstance(value, list | tuple)
+    several = [one for one in choices if isinstance(one, inspect.VarTupleType) is of_list]
+    return several if choices[1:] else choices
+
+
+def _tagged(value: Any, kind: inspect.Type, key: str | None, path: KeyPath) -> inspect.StructType:
     """The record that a table's ``kind`` names, or its ``law``."""
-    records = {one.tag: one for one in choices if isinstance(one, inspect.StructType) and one.tag is not None}
-    if not records:
-        return choices[0]
-    key = next(str(one.tag_field) for one in records.values())
-    expected = f"one of {listed(str(tag) for tag in records)}"
+    tables = tables_of(kind)
+    expected = f"one of {listed(tables)}"
     if not isinstance(value, dict):
         raise wrong(path, value, f"a table with the key '{key}', {expected}")
     if key not in value:
         raise MisfitError(path, f"{{path}} lacks the key '{key}', {expected}")
     tag = value[key]
-    if not isinstance(tag, str) or tag not in records:
-        raise wrong((*path, key), tag, expected, nearest(tag, map(str, records)))
-    return records[tag]
+    if not isinstance(tag, str) or tag not in tables:
+        raise wrong((*path, str(key)), tag, expected, nearest(tag, tables))
+    return tables[tag]()
 
 
 def _table_hint(path: KeyPath, value: Any) -> str:

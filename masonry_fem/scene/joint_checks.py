@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from masonry_fem.joints.kinds import kinds
-from masonry_fem.joints.parameters import spreads
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, listed, nearest, wrong
 from masonry_fem.scene.specs import Joint, Mortar, PythonLaw, Scatter, Scene
+
+if TYPE_CHECKING:
+    from masonry_fem.joints import Law
 
 WIDEST_NORMAL = 0.5  # between nothing and twice the mean there is no room for more
 STIFFNESSES = ("normal_stiffness", "tangential_stiffness")
@@ -77,8 +78,8 @@ def _placement_doubts(joint: Joint, place: str) -> Iterator[str]:
 def _no_slip(joint: Joint, path: KeyPath) -> None:
     """What makes no sense where nothing slides."""
     scatter = joint.scatter is not None and "friction" in joint.scatter.variation
-    kind = None if joint.law is None else kinds().get(joint.law.kind)
-    if joint.law is not None and kind is not None and kind.law.cone:
+    law = law_class(joint)
+    if joint.law is not None and law is not None and law.cone:
         expected = f"a number beside {joint.law.kind}, whose cone it shapes"
         raise wrong((*path, "friction"), joint.friction, expected)
     for name, there in (
@@ -128,13 +129,23 @@ def _scatter(joint: Joint, scatter: Scatter, path: KeyPath) -> None:
             raise wrong((*path, name), width, expected)
 
 
+def law_class(joint: Joint) -> type[Law] | None:
+    """The class of a joint's law; None where there is no law, or one of the user's own."""
+    if joint.law is None or isinstance(joint.law, PythonLaw):
+        return None
+    from masonry_fem.joints.kinds import kind  # noqa: PLC0415  it needs NumPy, and few scenes have laws
+
+    return kind(joint.law.kind).law
+
+
 def scattering_names(joint: Joint) -> Iterator[str]:
     """Names of a joint's numbers that may differ from place to place."""
     yield "friction"
     if isinstance(joint.law, PythonLaw):
         yield from _numbers(joint.law.parameters or {})
-    elif joint.law is not None:
-        law = kinds()[joint.law.kind].law
+    elif joint.law is not None and (law := law_class(joint)) is not None:
+        from masonry_fem.joints.parameters import spreads  # noqa: PLC0415  as above
+
         # the residual friction scatters with the friction; exponents and shares shape a law and do not
         numbers = _numbers(msgspec.structs.asdict(joint.law))
         yield from (name for name in numbers if name != "residual_friction" and spreads(law, name))

@@ -23,12 +23,11 @@ the record of one is ``law_record("mohr_coulomb", cohesion=0.35e6)``.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from masonry_fem.fem.material_kinds import MaterialRecord
-from masonry_fem.joints.kinds import LawRecord, kinds
+from masonry_fem.records.law import LawRecord, MaterialRecord
 from masonry_fem.records.record import FilePath, Length, Name, NonNegative, Pressure, Spec
 
 Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
@@ -43,7 +42,16 @@ ParameterName = Annotated[
 
 def law_record(kind: str, **keys: Any) -> LawRecord:
     """The record of a law: ``law_record("mohr_coulomb", cohesion=0.35e6)``."""
-    return kinds()[kind].record(**keys)
+    from masonry_fem.joints.kinds import record  # noqa: PLC0415  few scenes have laws
+
+    return record(kind)(**keys)
+
+
+def material_record(law: str, **keys: Any) -> MaterialRecord:
+    """The record of a law: ``material_record("drucker_prager", cohesion=2e6, friction_angle=35.0)``."""
+    from masonry_fem.fem.material_kinds import record  # noqa: PLC0415  few scenes have inelastic stones
+
+    return record(law)(**keys)
 
 
 class PythonLaw(LawRecord, frozen=True, kw_only=True, tag="python"):
@@ -191,8 +199,8 @@ class Scatter(Spec, frozen=True, kw_only=True):
     correlation_length: Length | None = None
 
 
-# what ``law`` of a joint may be: told from the files of joints/laws
-if TYPE_CHECKING:
-    AnyLaw = LawRecord
-else:
-    AnyLaw = Union[(*(kind.record for kind in kinds().values()), PythonLaw)]
+# what ``law`` of a joint may be, and ``inelastic`` of a material
+AnyLaw = Annotated[LawRecord, Meta(extra={"kinds in": "masonry_fem.joints.kinds"})] | PythonLaw
+AnyMaterialLaw = (
+    Annotated[MaterialRecord, Meta(extra={"kinds in": "masonry_fem.fem.material_kinds"})] | PythonMaterial
+)

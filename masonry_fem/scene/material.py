@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal, Union
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.fem.material_kinds import MaterialRecord, material_kinds
-from masonry_fem.fem.orthotropic import unstable
 from masonry_fem.records.record import Axis, Degrees, Density, Expansion, Pressure, Spec
-from masonry_fem.scene.laws import PythonMaterial
-
-if TYPE_CHECKING:
-    AnyMaterialLaw = MaterialRecord
-else:  # what ``inelastic`` may be, told from the files there
-    AnyMaterialLaw = Union[(*(kind.record for kind in material_kinds().values()), PythonMaterial)]
+from masonry_fem.scene.laws import AnyMaterialLaw
 
 
 class Damping(Spec, frozen=True, kw_only=True):
@@ -60,6 +53,8 @@ class Orthotropy(Spec, frozen=True, kw_only=True):
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """What contradicts mechanics or the scene's dimension: the key and what is expected of it."""
+        from masonry_fem.fem.orthotropic import unstable  # noqa: PLC0415  it needs NumPy
+
         if dimension == 2 and self.axis is not None:
             yield "axis", "no axis in a 2D scene (the angle is about z)"
         if self.axis is not None and not any(self.axis):

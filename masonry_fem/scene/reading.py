@@ -17,7 +17,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import msgspec
 from msgspec import inspect
 
 from masonry_fem.errors import SceneError
@@ -205,11 +204,8 @@ def _scene_type() -> inspect.Type:
 def _scene(tree: dict[str, Any], origin: _Origin, base: Path) -> Scene:
     dimension = tree.get("dimension", 3)
     try:
-        good = fitted(tree, _scene_type(), (), dimension if dimension in (2, 3) else None)
-        scene = msgspec.convert(good, Scene)
+        scene: Scene = fitted(tree, _scene_type(), (), dimension if dimension in (2, 3) else None)
         cross_check(scene, base)
     except MisfitError as misfit:
         raise origin.error(misfit, tree) from None
-    except msgspec.ValidationError as error:  # should not happen, as all values have been fitted
-        raise SceneError(f"{origin.source}: {error}") from error
     return scene

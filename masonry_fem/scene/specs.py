@@ -3,22 +3,22 @@
 A field's unit and range stand in its annotation and are checked on reading. Selectors are
 shell-style patterns matched against block and group names (``wall.*``); a face selector is
 ``block-selector/face`` (``wall.c5.*/top``). Structures stand in their files in ``masonry_fem.structures``,
-laws in ``masonry_fem.joints.laws``; the other nouns in files of this folder. All can be imported from here.
+laws in ``masonry_fem.joints.laws``, and each is loaded by the scenes that name it; the other nouns stand in
+files of this folder, and can be imported from here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, StructMeta
 
-from masonry_fem.fem.material_kinds import material_record
 from masonry_fem.march.equilibrium import Strategy
-from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
+from masonry_fem.records.opening import Opening
 from masonry_fem.records.record import (
     AngularVelocity,
     BlockSelector,
@@ -56,14 +56,13 @@ from masonry_fem.scene.laws import (
     PythonMaterial,
     Scatter,
     law_record,
+    material_record,
 )
 from masonry_fem.scene.material import Damping, Material, Orthotropy
 from masonry_fem.scene.motion import Motion, Pulse, Record, Sine, Support, Table, TimeFunction
 from masonry_fem.scene.output import Cut, Output, Probe
 from masonry_fem.scene.solver import Solver
 from masonry_fem.scene.tie import Tie, TiePoint
-from masonry_fem.structures import kinds
-from masonry_fem.structures.parts.opening import Opening
 
 __all__ = [
     "Acceleration",
@@ -123,13 +122,9 @@ __all__ = [
     "material_record",
 ]
 
-# what ``structures`` and ``analysis`` of a scene may be: told from the files there
-if TYPE_CHECKING:
-    AnyStructure = Structure
-    Analysis = Strategy
-else:
-    Analysis = Union[tuple(strategies().values())]  # noqa: UP007
-    AnyStructure = Union[tuple(kind.record for kind in kinds().values())]  # noqa: UP007  made while running
+# what ``structures`` and ``analysis`` of a scene may be
+AnyStructure = Annotated[Structure, Meta(extra={"kinds in": "masonry_fem.structures"})]
+Analysis = Annotated[Strategy, Meta(extra={"kinds in": "masonry_fem.march.equilibrium"})]
 
 
 class Override(Spec, frozen=True, kw_only=True):

@@ -4,7 +4,7 @@
 GeometryError where the record's values do not go together. Structures that are read from files get two
 arguments more: the folder that their path is relative to, and the settings of the mesh.
 
-What several structures need is in ``parts``. ``kinds()`` finds them; they are listed nowhere else.
+What several structures need is in ``parts``. They are listed nowhere; ``kind`` loads the one with a name.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import ExtensionError, GeometryError, SceneError
-from masonry_fem.records.discovery import Found, discovered, function
+from masonry_fem.records import discovery
 from masonry_fem.records.structure import MeshSettings, Reading, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 
-__all__ = ["Kind", "assemble", "build_structure", "build_structures", "kinds"]
+__all__ = ["Kind", "assemble", "build_structure", "build_structures", "kind", "kinds", "names", "record"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,18 +41,29 @@ class Kind:
     file: str
 
 
+def names() -> tuple[str, ...]:
+    """The structures that a scene may ask for; none is loaded."""
+    return discovery.names(__path__)
+
+
 @cache
-def kinds() -> Mapping[str, Kind]:
-    """Every kind of structure by its name in scene files: record and ``build``."""
-    found = discovered("masonry_fem.structures", __path__, Structure, "structure")
-    return {name: _kind(one) for name, one in found.items()}
-
-
-def _kind(found: Found) -> Kind:
+def kind(name: str) -> Kind:
+    """The kind of structure with a name: record and ``build``."""
+    found = discovery.discovered(__name__, name, Structure, "structure")
     record = found.kind.__name__
     signature = f"build(spec: {record}, dimension: int) -> Assembly"
-    build = function(found.module.__name__, signature, f"makes the blocks of a {record}")
+    build = discovery.function(found.module.__name__, signature, f"makes the blocks of a {record}")
     return Kind(found.kind, build, found.file)
+
+
+def kinds() -> Mapping[str, Kind]:
+    """Every kind of structure by its name in scene files."""
+    return {name: kind(name) for name in names()}
+
+
+def record(name: str) -> type[Structure]:
+    """What a scene file says of the structure with a name."""
+    return kind(name).record
 
 
 def build_structure(spec: Structure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
@@ -67,10 +78,10 @@ def build_structure(spec: Structure, dimension: int, base: Path, mesh: MeshSetti
     ------
     ExtensionError : What the structure's file builds is no assembly in this dimension.
     """
-    kind = kinds()[str(spec.__struct_config__.tag)]
-    made = kind.build(spec, dimension) if spec.source is None else kind.build(spec, dimension, base, mesh)
+    own = kind(str(spec.__struct_config__.tag))
+    made = own.build(spec, dimension) if spec.source is None else own.build(spec, dimension, base, mesh)
     if fault := _fault(made, dimension):
-        raise ExtensionError(f"{kind.file}: build gives {fault}; correct it")
+        raise ExtensionError(f"{own.file}: build gives {fault}; correct it")
     return made
 
 

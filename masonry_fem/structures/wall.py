@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 from msgspec import Meta
 
+from masonry_fem.records.opening import Opening
 from masonry_fem.records.record import Count, Degrees, Point, Sizes
 from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
@@ -17,7 +18,7 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.structures.parts.bond import Bond, Piece, rows_of
 from masonry_fem.structures.parts.ground import ground
-from masonry_fem.structures.parts.opening import ROUNDING, SLIVER, Opening, Span, fitted, solid_stretches
+from masonry_fem.structures.parts.opening import ROUNDING, SLIVER, Span, fitted, solid_stretches
 
 Lengths = Annotated[
     tuple[float, ...],

@@ -4,6 +4,7 @@ import tomllib
 
 import numpy as np
 from msgspec.inspect import type_info
+from msgspec.structs import asdict
 from scipy import sparse
 
 from masonry_fem.joints import Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough, kinds
@@ -34,8 +35,7 @@ def sampled(name, kind):
     """A law with the keys of its example, and its variants."""
     keys = tomllib.loads(example(kind.law))
     assert keys.get("kind") == name, f"{kind.file}: give a table of a scene file under Examples"
-    keys = fitted(keys, type_info(kind.record), (), None)
-    del keys["kind"]
+    keys = asdict(fitted(keys, type_info(kind.record), (), None))
     return [kind.law(**{"friction": 0.7} | keys | variant) for variant in ({}, *VARIANTS.get(name, []))]
 
 

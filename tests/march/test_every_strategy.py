@@ -3,7 +3,6 @@
 import tomllib
 
 import pytest
-from msgspec import convert
 from msgspec.inspect import type_info
 
 from masonry_fem.march.equilibrium import kinds
@@ -20,7 +19,7 @@ def strategy(name):
     assert keys.get("kind") == name, (
         f"give a table of a scene file under Examples in {KINDS[name].__module__}"
     )
-    return convert(fitted(keys, type_info(KINDS[name]), (), None), KINDS[name])
+    return fitted(keys, type_info(KINDS[name]), (), None)
 
 
 @every

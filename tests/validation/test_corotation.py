@@ -16,12 +16,12 @@ from scipy.optimize import brentq
 from benchmarks.cases import falling_arch
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.build import build
-from masonry_fem.fem.material_kinds import MaterialRecord, material_record
 from masonry_fem.march.march import march
 from masonry_fem.nscd import SolverSettings
+from masonry_fem.records.law import MaterialRecord
 from masonry_fem.scene import check
 from masonry_fem.scene.actions import PointForce
-from masonry_fem.scene.laws import law_record
+from masonry_fem.scene.laws import law_record, material_record
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,

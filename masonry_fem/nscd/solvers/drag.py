@@ -29,7 +29,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale, newton_scale
 from masonry_fem.nscd.solvers.kinks import Walk
@@ -65,13 +64,13 @@ class Drag:
     solves : Linear systems factorised.
     """
 
-    def __init__(self, problem: ContactProblem, library: Library = "auto") -> None:
+    def __init__(self, problem: ContactProblem) -> None:
         self.problem = problem
         scale = newton_scale(problem)
         self.own = scale if problem.rigid else OWN * scale
         self.rho = RHO / scale
         self.resistance = _resistance(problem, scale)
-        self.system = NewtonSystem(problem, scale, library)
+        self.system = NewtonSystem(problem, scale)
         self.load = float(np.linalg.norm(problem.rigid_impulse))
         # impulses that count as none: what is pressed by less flies
         rigid = contact_scale(problem.without_compliance())

@@ -21,7 +21,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.solvers.linearisation import linearise
@@ -36,7 +35,6 @@ class NormalMap:
     Parameters
     ----------
     problem : The contact problem.
-    library : What factorises its matrices.
 
     References
     ----------
@@ -44,10 +42,10 @@ class NormalMap:
     (1992).
     """
 
-    def __init__(self, problem: ContactProblem, library: Library = "direct") -> None:
+    def __init__(self, problem: ContactProblem) -> None:
         self.problem = problem
         self.scale = contact_scale(problem)
-        self.system = NewtonSystem(problem, self.scale, library)
+        self.system = NewtonSystem(problem, self.scale, "direct")
         self.factors = 0  # made since it was last set to zero
         self.hold(np.zeros_like(problem.free_velocity), 1.0)
 

@@ -1,4 +1,4 @@
-"""Opening: a door or a window, a rectangle of a wall's plane without stones.
+"""Opening: what a door or a window takes from the courses of a wall.
 
     door = Opening(position=(1.0, 0.0), size=(0.9, 2.0))     # has a lintel, unless it goes up to the top
     span = Span.of(door, length=0.5, height=0.25, courses=12)
@@ -11,30 +11,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from masonry_fem.records.record import Count, Distance, Length, Spec
+from masonry_fem.records.opening import Opening
 from masonry_fem.structures.parts.bond import Piece
 
 ROUNDING = 1e-6  # of a brick: rounding of decimals in a scene file
 SLIVER = 0.25  # of a brick: no stone is shorter
-
-
-class Opening(Spec, frozen=True, kw_only=True):
-    """Door or window, with a lintel above it unless it goes up to the wall's top.
-
-    Attributes
-    ----------
-    position : lower left corner, along the wall and upwards, from the wall's lower left end [m]
-    size : width and height, up to a bed joint
-    lintel : a stone lies above it, unless it goes up to the wall's top
-    lintel_courses : height of the lintel in courses
-    bearing : length of the lintel on each jamb; half a brick by default
-    """
-
-    position: tuple[Distance, Distance]
-    size: tuple[Length, Length]
-    lintel: bool = True
-    lintel_courses: Count = 1
-    bearing: Length | None = None
 
 
 @dataclass(frozen=True, slots=True)

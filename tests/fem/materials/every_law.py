@@ -4,9 +4,10 @@ import tomllib
 
 import msgspec
 
-from masonry_fem.fem.material_kinds import law_of, material_kinds, material_record
+from masonry_fem.fem.material_kinds import law_of, material_kinds
 from masonry_fem.records import docstring
 from masonry_fem.scene.fitting import fitted
+from masonry_fem.scene.laws import material_record
 
 
 def of_example(name):
@@ -14,7 +15,7 @@ def of_example(name):
     record = material_kinds()[name].record
     table = tomllib.loads(docstring.example(record))
     info = msgspec.inspect.type_info(record)
-    return law_of(msgspec.convert(fitted(table, info, ("inelastic",), 3), record))
+    return law_of(fitted(table, info, ("inelastic",), 3))
 
 
 LAWS = {

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from masonry_fem.solid.mesh import IntArray
-from masonry_fem.solid.pose import FloatArray
-
 if TYPE_CHECKING:
     from masonry_fem.contact.placement.parts.patch import Patch
+    from masonry_fem.solid.mesh import IntArray
+    from masonry_fem.solid.pose import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

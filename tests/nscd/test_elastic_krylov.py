@@ -1,10 +1,13 @@
 """Iterated Newton steps: the same answers as a factor gives, in few iterations at any size of wall."""
 
+
 import numpy as np
 import pytest
 
 from masonry_fem.nscd import SolverSettings, solve
+from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.settings import Start
 from masonry_fem.nscd.solvers import elastic_krylov
 from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size, iteration_pays
 from masonry_fem.nscd.solvers.linearisation import linearise
@@ -66,6 +69,27 @@ def test_iterations_hardly_grow_with_the_wall(monkeypatch):
     assert max(most) <= 30
 
 
+@pytest.mark.parametrize(("fits", "most"), [(10_000, 50), (10, 20)], ids=["a factor fits", "none does"])
+def test_a_step_without_an_end_is_left_sooner_where_no_factor_fits(fits, most, monkeypatch):
+    counts = []
+
+    def counted(operator, rhs, **settings):
+        return gmres(operator, rhs, callback=counts.append, callback_type="pr_norm", **settings)
+
+    gmres = elastic_krylov.gmres
+    monkeypatch.setattr(elastic_krylov, "gmres", counted)
+    monkeypatch.setattr(elastic_krylov, "ACCURACY", 0.0)
+    monkeypatch.setattr(elastic_krylov, "FACTORED", fits)
+    problem = wall(**SIZE).problem()
+    force = np.random.default_rng(3).normal(size=problem.free_velocity.shape)
+    scale = np.abs(problem.compliance.diagonal()).mean()
+    found = step(problem, 0, "krylov").solve(scale * force, np.zeros((problem.body_count, 6)))
+    assert len(counts) == most
+    expected = step(problem, 0, "direct").solve(scale * force, np.zeros((problem.body_count, 6)))
+    for one, other in zip(found, expected, strict=True):
+        assert np.abs(one - other).max() <= 1e-3 * np.abs(other).max()
+
+
 @pytest.mark.parametrize("inertia", [0.0, 1.0], ids=["statics", "dynamics"])
 def test_a_wall_is_solved_as_by_factors(inertia):
     structure = wall(**SIZE, inertia=inertia)
@@ -77,6 +101,18 @@ def test_a_wall_is_solved_as_by_factors(inertia):
     assert expected.converged
     size = np.abs(expected.velocity).max()
     np.testing.assert_allclose(found.velocity, expected.velocity, atol=1e-8 * size)
+
+
+def test_many_contacts_go_on_from_a_guess_with_the_least_weight():
+    """What sticks is nearly known then, and no path of weights has to lead there again."""
+    problem = wall(**SIZE).problem()
+    guess = Start(np.ones_like(problem.free_velocity))
+    for library, least in (("krylov", True), ("direct", False)):
+        method = ProximalNewton(library=library)
+        cold, warm = method.init(problem, None), method.init(problem, guess)
+        assert warm.weight == (cold.least_weight if least else cold.weight)
+        assert cold.weight > cold.least_weight
+    assert ProximalNewton(library="krylov", weight=1e-3).init(problem, guess).weight == 1e-3
 
 
 def test_interfaces_hold_every_elastic_contact_once():

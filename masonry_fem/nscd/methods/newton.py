@@ -65,7 +65,8 @@ class ProximalNewton:
 
     Attributes
     ----------
-    weight : First α, relative to each contact's scale w; None: by the kind of problem.
+    weight : First α, relative to each contact's scale w; None: by the kind of problem, and the least where
+        many elastic contacts go on from a first guess.
     decrease : Factor on α after each round; None: by the kind of problem.
     adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
         near a solution at the limit of friction everywhere, where a fixed path of α cycles.
@@ -188,6 +189,8 @@ class NewtonRun:
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
             self.bonded = False
+            if self.system.many and settings.weight is None:  # what sticks is nearly known
+                self.weight = self.least_weight
             self.impulse = start.impulse.copy()
             self.rigid_velocity = problem.balanced_velocity(start.impulse)
             if start.rigid_velocity is not None:

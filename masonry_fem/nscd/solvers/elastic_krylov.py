@@ -61,8 +61,11 @@ SHARE = 0.75
 # Iterations after which they have failed: walls take 10 to 20; façades that hang together by a few lintels a
 # hundred and more.
 ITERATIONS = 50
-# Contacts up to which a factor takes over then. Beyond, a step is taken as it is: the line search judges it.
+# Contacts up to which a factor takes over then. Beyond, a step is taken as it is after fewer iterations, and
+# the line search judges it: where stones lie loosely it becomes too short, and fifty leave no less to do than
+# twenty.
 FACTORED = 20_000
+BEYOND = 20
 
 
 def iteration_pays(problem: ContactProblem) -> bool:
@@ -77,6 +80,16 @@ def iteration_pays(problem: ContactProblem) -> bool:
     if problem.count < CONTACTS or not problem.body_count or not elastic.all():
         return False
     return all(group.shape[1] <= WIDEST for group in interfaces_by_size(problem, elastic))
+
+
+def most_iterations(count: int) -> int:
+    """Iterations after which a step of so many contacts has failed.
+
+    Parameters
+    ----------
+    count : Contacts that are unknowns.
+    """
+    return ITERATIONS if count <= FACTORED else BEYOND
 
 
 def interfaces_by_size(problem: ContactProblem, elastic: Mask) -> list[IntArray]:
@@ -459,7 +472,8 @@ class Preconditioned:
                 return self._product(*met)[kept].ravel() / scale
 
             operator = LinearOperator((size, size), matvec=apply, dtype=float)
-            y, failed = gmres(operator, left / scale, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)
+            most = most_iterations(len(kept))
+            y, failed = gmres(operator, left / scale, rtol=ACCURACY, restart=most, maxiter=1)
             y *= scale
             if failed and len(kept) <= FACTORED:
                 raise StagnationError(

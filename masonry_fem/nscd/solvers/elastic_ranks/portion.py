@@ -12,7 +12,7 @@ from masonry_fem.host.memory import keep
 from masonry_fem.host.ranks import Member
 from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.mumps import petsc
-from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Sets, Values
+from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
@@ -44,15 +44,15 @@ def take_step(member: Member, step: Step) -> None:
 
 
 def solve_step(
-    member: Member, share: tuple[FloatArray, FloatArray, FloatArray]
+    member: Member, share: tuple[FloatArray, FloatArray, FloatArray, int]
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended.
 
     Parameters
     ----------
     member : The rank.
-    share : Right-hand sides of its contacts (c, d) and bodies (b, m), and w of contacts that are unknowns,
-        0 of others, (c,).
+    share : Right-hand sides of its contacts (c, d) and bodies (b, m); w of contacts that are unknowns, 0 of
+        others, (c,); iterations at most.
     """
     solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT].solve(*share)
     return solved
@@ -114,7 +114,7 @@ class Portion:
         return [given for _, given in self._last.eliminated()]
 
     def solve(
-        self, force: FloatArray, balance: FloatArray, scale: FloatArray
+        self, force: FloatArray, balance: FloatArray, scale: FloatArray, most: int
     ) -> tuple[FloatArray, FloatArray, bool]:
         """As ``solve_step``."""
         library, shape = petsc(), force.shape
@@ -135,8 +135,8 @@ class Portion:
         method = library.KSP().create(self.member.comm)
         method.setType("gmres")
         method.getPC().setType("none")
-        method.setGMRESRestart(ITERATIONS)
-        method.setTolerances(rtol=ACCURACY, atol=0.0, max_it=ITERATIONS)
+        method.setGMRESRestart(most)
+        method.setTolerances(rtol=ACCURACY, atol=0.0, max_it=most)
         method.setOperators(shell)
         given, found = shell.createVecs()
         given.array[:] = left.ravel()

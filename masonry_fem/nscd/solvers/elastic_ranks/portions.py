@@ -24,6 +24,7 @@ from masonry_fem.nscd.solvers.elastic_krylov import (
     ITERATIONS,
     Values,
     interfaces_by_size,
+    most_iterations,
 )
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
 from masonry_fem.nscd.solvers.elastic_ranks.portion import solve_step, take_share, take_step
@@ -232,7 +233,7 @@ class _Solver:
         scale[kept] = portions.scale[kept]
         balance = rhs[size:].reshape(problem.body_count, -1)
         shares = [
-            (force[own], balance[portions.part == rank], scale[own])
+            (force[own], balance[portions.part == rank], scale[own], most_iterations(len(kept)))
             for rank, own in enumerate(portions.contacts)
         ]
         results = portions.team.call(solve_step, shares)

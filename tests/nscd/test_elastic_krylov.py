@@ -1,6 +1,5 @@
 """Iterated Newton steps: the same answers as a factor gives, in few iterations at any size of wall."""
 
-
 import numpy as np
 import pytest
 

@@ -39,6 +39,9 @@ ABRUPT = 0.5
 PIECES = 32
 
 
+type _Part = tuple[Coupling, Increment, float]  # of a step, and the time at its end
+
+
 @dataclass(slots=True)
 class Headway:
     """How far the increments of a march have come.
@@ -117,7 +120,7 @@ def _parts(
     settings: SolverSettings,
     clock: Clock,
     lookout: Lookout,
-) -> Iterator[tuple[Coupling, Increment, float]]:
+) -> Iterator[_Part]:
     """A step as it is, or each half of it in turn where joints give way or nothing was found.
 
     Each comes with the time at its end.
@@ -134,13 +137,16 @@ def _parts(
     if doubtful and parts[0] > 1:
         yield from divided
     elif (made.strayed or _lost(met, made)) and made.joint_change == 0 and parts[1] > 1:
-        halves = list(divided)
-        last = halves[-1][1].solution
-        # too near to where nothing balances for any verdict: that of the whole stands
-        undecided = not (last.solved or last.outcome.moves)
-        yield from [(met, made, until)] if undecided and made.solution.outcome.moves else halves
+        yield from _decided((met, made, until), list(divided))
     else:
         yield met, made, until
+
+
+def _decided(whole: _Part, halves: list[_Part]) -> list[_Part]:
+    """The halves of a step, or the whole if it moves and they are too near to their limit for a verdict."""
+    last = halves[-1][1].solution
+    undecided = not (last.solved or last.outcome.moves)
+    return [whole] if undecided and whole[1].solution.outcome.moves else halves
 
 
 def _aged(coupling: Coupling, state: SystemState, until: float) -> tuple[Coupling, SystemState]:
@@ -174,7 +180,7 @@ def _halves(
     settings: SolverSettings,
     clock: Clock,
     lookout: Lookout,
-) -> Iterator[tuple[Coupling, Increment, float]]:
+) -> Iterator[_Part]:
     """Both halves of a step, and their halves."""
     half, fewer = replace(scheme, step=0.5 * scheme.step), (parts[0] // 2, parts[1] // 2)
     for end in (until - half.step, until):

@@ -170,15 +170,20 @@ def on_patches(
             own = exchanged_all(own) if exchanged else own
             there = Planes.of(own) if exchanged else planes.only(rows)
             whole = not exchanged and len(rows) == len(patches)
-            cover, by_facet = covers[exchanged], borne[exchanged]
-            if cover is not None and by_facet is not None:
-                by_facet = by_facet[np.isin(cover.of_facet, rows)]
             of_own = covers if whole else _covers(own)
+            by_facet = _of_rows(covers[exchanged], borne[exchanged], rows)
             found.append(_at_nodes(rows, own, exchanged, there, of_own, by_facet))
     if not some.all():  # meshes too coarse for these overlaps
         rows = np.flatnonzero(~some)
         found.append(_at_corners(rows, [patches[row] for row in rows.tolist()], planes.only(rows)))
     return found
+
+
+def _of_rows(cover: Cover | None, by_facet: FloatArray | None, rows: IntArray) -> FloatArray | None:
+    """What is known of a side's facets, of those of some patches."""
+    if cover is None or by_facet is None:
+        return None
+    return by_facet[np.isin(cover.of_facet, rows)]
 
 
 def _finer(planes: Planes, covers: Sequence[Cover | None]) -> tuple[np.ndarray, np.ndarray]:

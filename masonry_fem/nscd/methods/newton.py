@@ -188,15 +188,19 @@ class NewtonRun:
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
-            self.bonded = False
-            if self.system.many and settings.weight is None:  # what sticks is nearly known
-                self.weight = self.least_weight
-            self.impulse = start.impulse.copy()
-            self.rigid_velocity = problem.balanced_velocity(start.impulse)
-            if start.rigid_velocity is not None:
-                self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
-            self.solved_before = start.velocity
+            self._go_on(start.impulse, start)
         self.round = self._new_round()
+
+    def _go_on(self, impulse: FloatArray, start: Start) -> None:
+        """Begin at a first guess with these impulses."""
+        self.bonded = False
+        if self.system.many and self.settings.weight is None:  # what sticks is nearly known
+            self.weight = self.least_weight
+        self.impulse = impulse.copy()
+        self.rigid_velocity = self.problem.balanced_velocity(impulse)
+        if start.rigid_velocity is not None:
+            self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
+        self.solved_before = start.velocity
 
     def guess(self) -> Iterate:
         """Where it starts."""

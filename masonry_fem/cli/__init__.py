@@ -46,7 +46,7 @@ from masonry_fem.cli.console import (
     speak_readably,
 )
 from masonry_fem.cli.grammar import Parser, epilog, parents
-from masonry_fem.cli.signals import answered
+from masonry_fem.cli.signals import answered, behind
 from masonry_fem.errors import MasonryError
 from masonry_fem.host import ranks
 from masonry_fem.host.memory import left_at_exit
@@ -123,19 +123,26 @@ def _answer(options: argparse.Namespace) -> int:
         sys.stdout.flush()
         return code
     except KeyboardInterrupt as error:
-        out = getattr(options, "out", None)
-        kept = f"; what was written so far is in {out}" if out and out.exists() else ""
-        complain(f"interrupted{f' by {error}' if str(error) else ''}{kept}")
-        return INTERRUPTED
+        return _interrupted(options, error)
     # the reader of our output has closed it, as in "masonry-fem run ... | head"; rich then ends the program
     except (BrokenPipeError, SystemExit):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its end
         return PIPE_CLOSED
     except Exception as error:
+        if (signal := behind(error)) is not None:
+            return _interrupted(options, signal)
         if options.debug:
             raise
         complain(_sentence(error))
     return BAD_INPUT
+
+
+def _interrupted(options: argparse.Namespace, error: KeyboardInterrupt) -> int:
+    """Say that a command was ended from outside; its exit code."""
+    out = getattr(options, "out", None)
+    kept = f"; what was written so far is in {out}" if out and out.exists() else ""
+    complain(f"interrupted{f' by {error}' if str(error) else ''}{kept}")
+    return INTERRUPTED
 
 
 @contextlib.contextmanager

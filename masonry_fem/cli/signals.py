@@ -86,6 +86,19 @@ def answered() -> Iterator[Received]:
             signal.signal(one, before)
 
 
+def behind(error: BaseException) -> KeyboardInterrupt | None:
+    """The signal that an error comes from, if it does: in functions that Numba compiled one becomes such.
+
+    Parameters
+    ----------
+    error : What a command ended with.
+    """
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause
+
+
 def _loads(frame: FrameType | None) -> bool:
     """Whether a module is being loaded, by an import statement or from within a library in C."""
     while frame is not None and frame.f_code is not IMPORTING:

@@ -174,6 +174,25 @@ def test_a_signal_that_comes_while_something_is_thrown_away_is_not_lost(number):
         wait(Thrown())
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda number: number.name)
+def test_an_error_that_a_signal_became_is_an_end(number, monkeypatch, capsys):
+    """A signal that comes while a compiled function makes its result is the cause of a SystemError."""
+
+    def command(options):
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt as ended:
+            raise SystemError("returned a result with an exception set") from ended
+
+    if signal.getsignal(number) is signal.SIG_IGN:
+        pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
+    options = SimpleNamespace(command=command, debug=False, verbose=False)
+    monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
+    assert cli.main([]) == 128 + number
+    by = "" if number == signal.SIGINT else f" by {number.name}"
+    assert capsys.readouterr().err == f"masonry-fem: interrupted{by}\n"
+
+
 def test_what_a_signal_left_half_made_goes_in_silence():
     """LLVM's objects look for what their constructors would have made, as they are thrown away."""
 

@@ -12,7 +12,7 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.errors import ExtensionError, GeometryError, SceneError
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly
-from masonry_fem.structures import assemble, build_structure, kinds
+from masonry_fem.structures import assemble, build_structure, kind
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.stack import StackStructure
@@ -161,9 +161,8 @@ def test_names_are_unique() -> None:
     ],
 )
 def test_what_a_build_gives_is_checked(made, fault, monkeypatch) -> None:
-    kind = kinds()["wall"]
     given = made(built(wall(), 3))
-    wrong = {"wall": replace(kind, build=lambda *asked: given)}
-    monkeypatch.setattr("masonry_fem.structures.kinds", lambda: wrong)
+    wrong = replace(kind("wall"), build=lambda *asked: given)
+    monkeypatch.setattr("masonry_fem.structures.kind", lambda name: wrong)
     with pytest.raises(ExtensionError, match=rf"\.py: build gives {fault}"):
         built(wall(), 3)

@@ -1,6 +1,7 @@
 """What all tests share: one thread, no windows, the neighbouring data folder, Hypothesis settings."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,10 @@ if "OPENBLAS_CORETYPE" in os.environ:
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # else each test that starts the program compiles all of it
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+# shells have their background jobs ignore Ctrl-C, and what these start inherits that
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples every time, so that a run tells of the change and not of the dice;
 # ``--hypothesis-profile=search`` looks for new ones.

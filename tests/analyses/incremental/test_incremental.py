@@ -112,10 +112,7 @@ def test_tables_and_pictures_tell_of_all_runs(column: Path, capsys) -> None:
 @pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGINT])
 def test_an_end_by_a_signal_loses_no_run(column: Path, sent: signal.Signals) -> None:
     records = [str(path) for path in sorted(column.parent.glob("pulse*.csv"))]
-    # as many runs as take some seconds: on a busy machine few are done before the signal is felt
-    levels = ",".join(f"{2 + 0.2 * number:g}" for number in range(24))
-    asked = ("--levels", levels, *ASKED[2:])
-    command = [sys.executable, "-m", "masonry_fem", "study", str(column), "--records", *records, *asked]
+    command = [sys.executable, "-m", "masonry_fem", "study", str(column), "--records", *records, *ASKED]
     command += ["--quiet", "--workers", "1", "--out"]
     out = column.parent / "out"
     cells = out / "cells"
@@ -134,7 +131,7 @@ def test_an_end_by_a_signal_loses_no_run(column: Path, sent: signal.Signals) -> 
             assert path.stat().st_mtime_ns == stamp
         kept = done(cells)
         left.append(len(kept))
-    assert 2 <= min(left) < 24 * len(records)
+    assert 2 <= min(left) < 8
     assert subprocess.run([*command, str(out)], check=False).returncode == 0
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in kept.items())
     whole = column.parent / "whole"

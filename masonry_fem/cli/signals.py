@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-log = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 
 # signals that ask for the end, and what answers each of them unless somebody has changed that
 ANSWERED = {
@@ -71,7 +71,7 @@ def answered() -> Iterator[Received]:
         if isinstance(what.exc_value, KeyboardInterrupt):
             _send_again(getattr(what.exc_value, "number", signal.SIGINT))
         elif received.came:
-            log.debug("%s: %r", what.object, what.exc_value)
+            logger.debug("%s: %r", what.object, what.exc_value)
         else:
             reported(what)
 

@@ -168,8 +168,6 @@ def test_a_signal_that_comes_while_something_is_thrown_away_is_not_lost(number):
         del thing
         time.sleep(10)
 
-    if signal.getsignal(number) is signal.SIG_IGN:
-        pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
     with answered(), pytest.raises(KeyboardInterrupt):
         wait(Thrown())
 
@@ -184,8 +182,6 @@ def test_an_error_that_a_signal_became_is_an_end(number, monkeypatch, capsys):
         except KeyboardInterrupt as ended:
             raise SystemError("returned a result with an exception set") from ended
 
-    if signal.getsignal(number) is signal.SIG_IGN:
-        pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
     options = SimpleNamespace(command=command, debug=False, verbose=False)
     monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
     assert cli.main([]) == 128 + number
@@ -214,8 +210,6 @@ def test_what_a_signal_left_half_made_goes_in_silence():
         with contextlib.suppress(KeyboardInterrupt):
             Made(number)
 
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        pytest.skip("SIGINT is ignored here, as shells have their background jobs do")
     told = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "unraisablehook", lambda what: told.append(type(what.exc_value)))
@@ -236,8 +230,6 @@ def test_a_signal_waits_until_a_module_is_loaded(number, tmp_path, monkeypatch):
         f"import signal\nsignal.raise_signal({int(number)})\nloaded = True\n", encoding="utf-8"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    if signal.getsignal(number) is signal.SIG_IGN:
-        pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
 
     def load_and_wait():
         importlib.import_module(name)

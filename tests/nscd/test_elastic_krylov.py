@@ -17,6 +17,19 @@ from .walls import wall
 SIZE = {"courses": 3, "length": 1.5, "elements": (2, 1, 1)}
 
 
+@pytest.fixture
+def counts(monkeypatch):
+    """Residuals after each iteration of all systems so far."""
+    found = []
+
+    def counted(operator, rhs, **settings):
+        return gmres(operator, rhs, callback=found.append, callback_type="pr_norm", **settings)
+
+    gmres = elastic_krylov.gmres
+    monkeypatch.setattr(elastic_krylov, "gmres", counted)
+    return found
+
+
 def step(problem, seed, library):
     """Factor of a step at random impulses, where contacts are open, slide and stick."""
     random = np.random.default_rng(seed)
@@ -49,14 +62,7 @@ def test_a_step_is_that_of_the_factor(seed, rigid, monkeypatch):
         assert np.abs(one - other).max() <= 1e-7 * np.abs(other).max()
 
 
-def test_iterations_hardly_grow_with_the_wall(monkeypatch):
-    counts = []
-
-    def counted(operator, rhs, **settings):
-        return gmres(operator, rhs, callback=counts.append, callback_type="pr_norm", **settings)
-
-    gmres = elastic_krylov.gmres
-    monkeypatch.setattr(elastic_krylov, "gmres", counted)
+def test_iterations_hardly_grow_with_the_wall(counts):
     most = []
     for courses, length in ((3, 1.5), (6, 3.0)):
         counts.clear()
@@ -69,14 +75,7 @@ def test_iterations_hardly_grow_with_the_wall(monkeypatch):
 
 
 @pytest.mark.parametrize(("fits", "most"), [(10_000, 50), (10, 20)], ids=["a factor fits", "none does"])
-def test_a_step_without_an_end_is_left_sooner_where_no_factor_fits(fits, most, monkeypatch):
-    counts = []
-
-    def counted(operator, rhs, **settings):
-        return gmres(operator, rhs, callback=counts.append, callback_type="pr_norm", **settings)
-
-    gmres = elastic_krylov.gmres
-    monkeypatch.setattr(elastic_krylov, "gmres", counted)
+def test_a_step_without_an_end_is_left_sooner_where_no_factor_fits(fits, most, counts, monkeypatch):
     monkeypatch.setattr(elastic_krylov, "ACCURACY", 0.0)
     monkeypatch.setattr(elastic_krylov, "FACTORED", fits)
     problem = wall(**SIZE).problem()

@@ -13,6 +13,7 @@ from scipy import sparse
 from masonry_fem.host.ranks import Leader
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.nscd.iterate import iterate
+from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
@@ -202,6 +203,16 @@ def test_without_parts_they_take_far_more(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(settling, "MOST", -1.0)
     _, error = solved(20)
     assert error > 1e-6
+
+
+@pytest.mark.parametrize(("large", "rests"), [(100, True), (10_000, False)])
+def test_a_large_part_has_parts_of_its_own(monkeypatch: pytest.MonkeyPatch, large: int, rests: bool) -> None:
+    """Eighty boards in one part, with slip held: by themselves they do not come to rest together."""
+    monkeypatch.setattr(newton, "FACTORED", large)
+    problem, _ = boards(80)
+    held = ProximalNewton(weight=1e-5, grip=0.03)
+    end = iterate(problem, held, SolverSettings(tolerance=1e-8), sliding(problem))
+    assert end.converged is rests
 
 
 def test_linear_solves_of_parts_count() -> None:

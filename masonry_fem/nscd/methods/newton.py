@@ -12,7 +12,7 @@ unbalanced impulse stays from round to round, whatever ε, and U grows along the
 If the line search makes a step of many elastic contacts very short, slip is damped, too, by
 F_T + κ ρ (v_T − v_T,k) at contacts that slide; κ falls with each round that converges, and rises if one does
 not. After each such step the bodies with the largest residuals are solved for separately, as a smaller
-contact problem (``part``).
+contact problem (``part``). A large part has such parts, too, where its rounds bring it on slowly.
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
@@ -42,6 +42,7 @@ from masonry_fem.nscd.scaling import (
     whole_scale,
 )
 from masonry_fem.nscd.settings import ACCEPTABLE, TARGET, SolverSettings, Start
+from masonry_fem.nscd.solvers.elastic_krylov import FACTORED
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import (
@@ -181,6 +182,7 @@ class NewtonRun:
             library=settings.library,
         )
         self.settling = Settling(problem, held)
+        self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
@@ -232,12 +234,13 @@ class NewtonRun:
             self.jammed, self.grip = False, _GRIP
             return self._watch_settling() if self._settle() else self._close_round(tolerance)
         rebounds = self._rebounds(residual)
-        if self.grip and self._settle():
+        if self.grip and not self.settings.grip and self._settle():
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
         if residual <= max(self.settings.accuracy * self.error, 0.5 * _share(quality) * tolerance):
             self.grip *= _LOOSER
-            return self._close_round(tolerance)
+            slow = self.large_part and self._relative(self._natural_residual()) > _SLOW * self.error
+            return self._watch_settling() if slow and self._settle() else self._close_round(tolerance)
         if rebounds:
             return self._grip_harder()
         runs_off = np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
@@ -471,9 +474,7 @@ class NewtonRun:
     # parts
 
     def _settle(self) -> bool:
-        """Bring what is far from settled to rest by itself; False in parts, and where it cannot be done."""
-        if self.settings.grip:
-            return False
+        """Bring what is far from settled to rest by itself; False where it cannot be done."""
         residual = self._natural_residual()
         error = min(self._relative(residual), _REBOUND * self.best)
         settled = self.settling.settle(
@@ -613,7 +614,8 @@ class NewtonRun:
 
 
 # Contraction of the error, in so many rounds of few steps, above which the floor of α gives way, and how
-# far. A floor that is too low lets the impulses wander that nothing determines.
+# far; in one round of a large part, that above which parts of it come to rest first. A floor that is too low
+# lets the impulses wander that nothing determines.
 _SLOW = 0.5
 _CRAWL = 3
 _LEAST = 1e-9

@@ -308,7 +308,7 @@ class NewtonRun:
     def _bond(self, factor: NewtonFactor, here: _Point, closed: _Point) -> _Point:
         """The bonded state with gaps closed; with a bond across them or open ones, if that is nearer."""
         gap, chosen = np.maximum(self.problem.free_velocity[:, 0], 0.0), closed
-        if gap.any():
+        if (gap > _NONE * self._reach(closed)).any():
             residual = here.line.residual.copy()
             residual[:, 0] -= here.line.rho * gap
             across = self._moved(factor, here, residual)
@@ -323,9 +323,14 @@ class NewtonRun:
             self.bonded_size = min(self.bonded_size, float(np.linalg.norm(chosen.rigid_velocity)))
         return chosen
 
+    def _reach(self, point: _Point) -> FloatArray:
+        """How far the greatest normal impulse brings blocks together at each contact, shape (c,)."""
+        reach: FloatArray = self.scale * float(np.abs(point.impulse[:, 0]).max(initial=0.0))
+        return reach
+
     def _closable(self, gap: FloatArray, across: _Point) -> bool:
         """Whether blocks that deform may close some gaps: what all of them are too wide for is soon told."""
-        reach = self.scale * float(np.abs(across.impulse[:, 0]).max())
+        reach = self._reach(across)
         return bool(((gap > _ROUNDING * reach) & (gap < _WIDE * reach)).any())
 
     def _felt(self, gap: FloatArray, across: _Point, closed: _Point) -> bool:
@@ -369,7 +374,7 @@ class NewtonRun:
         problem = self.problem
         if not self.static.any() or problem.cohesion_stiffness is not None or not self._deformable():
             return chosen
-        reach = self.scale * float(np.abs(chosen.impulse[:, 0]).max())
+        reach = self._reach(chosen)
         apart = gap > _NONE * reach
         self.slight = bool((apart & (gap < _SLIGHT * reach)).any())
         if not self.slight:

@@ -39,6 +39,7 @@ from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.elastic_kernel import coupled
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
 from masonry_fem.nscd.solvers.seams import seams, together
 from masonry_fem.nscd.transfer import to_bodies, to_contacts
@@ -269,23 +270,32 @@ class Rows:
         for number, (group, W) in enumerate(zip(self.groups, interfaces.coupling, strict=True)):
             other = changed[group].any(axis=1)
             slots = self._joins[number][1][other]
-            made = self._made(group[other], W[other], slots, self._joins[number][0].shape[1])
+            inverse = self._inverse(np.flatnonzero(other), group, W, self._interface)
+            made = self._made(group[other], inverse, slots, self._joins[number][0].shape[1])
             self.solved.append(made if before is None else before.solved[number].renewed(other, made))
         self.joined: list[FloatArray] = []
         for number, (group, W) in enumerate(zip(self.seams, seams.coupling, strict=True)):
             other = changed[group].any(axis=1)
             whole = np.empty_like(W) if before is None else before.joined[number].copy()
-            whole[other] = self._joined(group[other], W[other])
+            whole[other] = self._joined(np.flatnonzero(other), group, W)
             self.joined.append(whole)
 
-    def _joined(self, group: IntArray, coupling: FloatArray) -> FloatArray:
+    def _joined(self, chosen: IntArray, group: IntArray, coupling: FloatArray) -> FloatArray:
         """What solving for seams together gives beyond what interfaces do, shape (n, k d, k d)."""
-        number = np.repeat(self._interface[group], self.own.shape[1], axis=1)
-        together = np.linalg.inv(self._block(group, coupling))
-        alike = number[:, :, None] == number[:, None, :]
-        return together - SHARE * np.linalg.inv(self._block(group, np.where(alike, coupling, 0.0)))
+        together = self._inverse(chosen, group, coupling, np.zeros_like(self._interface))
+        return together - SHARE * self._inverse(chosen, group, coupling, self._interface)
 
-    def _made(self, group: IntArray, coupling: FloatArray, slots: IntArray, count: int) -> Solved:
+    def _inverse(
+        self, chosen: IntArray, group: IntArray, coupling: FloatArray, set_of: IntArray
+    ) -> FloatArray:
+        """(A + Bc W_el)⁻¹ of chosen sets, as ``coupled`` takes them, shape (n, k d, k d)."""
+        values = self.values
+        by_velocity = values.by_velocity / values.unit
+        made = coupled(chosen, group, set_of, coupling, self.own, by_velocity, values.closed)
+        inverse: FloatArray = np.linalg.inv(made)
+        return inverse
+
+    def _made(self, group: IntArray, inverse: FloatArray, slots: IntArray, count: int) -> Solved:
         (n, k), (d, m) = group.shape, self.maps.shape[2:]
         whole, given = np.zeros((n, k, d, count, m)), self.maps[group]
         row, column = np.arange(n)[:, None], np.arange(k)
@@ -293,21 +303,9 @@ class Rows:
             whole[row, column, :, slots[:, :, side]] = given[:, :, side]
         maps = whole.reshape(n, k, d, count * m)
         pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, count * m)
-        inverse = np.linalg.inv(self._block(group, coupling))
         followed = inverse @ pushed
         left = maps.reshape(n, k * d, count * m).transpose(0, 2, 1) @ followed
         return Solved(inverse, followed, left.reshape(n, count, m, count, m).swapaxes(2, 3))
-
-    def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
-        """A + Bc W_el within interfaces, shape (n, k d, k d)."""
-        values, (n, k), d = self.values, group.shape, self.own.shape[1]
-        closed = np.repeat(values.closed[group], d, axis=1)
-        block = values.by_velocity[group] @ coupling.reshape(n, k, d, k * d)
-        block = block.reshape(n, k * d, k * d) / values.unit
-        block *= closed[:, :, None] & closed[:, None, :]
-        at = np.arange(k)
-        block.reshape(n, k, d, k, d)[:, at, :, at] += self.own[group].swapaxes(0, 1)
-        return block
 
     def eliminated(self) -> Iterator[tuple[IntArray, FloatArray]]:
         """For each number of contacts the bodies of its sets, (n, b), and what solving for all leaves there.

@@ -98,7 +98,8 @@ class WorkerProcess:
             self._process.stdin.flush()
             answer = self._answer()
         except OSError:  # the guard, or something from outside, ended it
-            answer = {"signal": 0, "code": -1, "cpu": 0.0, "peak_memory_mb": 0.0, "late": late.is_set()}
+            answer = {"signal": 0, "code": -1, "cpu": 0.0, "peak_memory_mb": 0.0, "loaded": 0.0}
+            answer["late"] = late.is_set()
         finally:
             if guard is not None:
                 guard.cancel()
@@ -129,7 +130,8 @@ class WorkerProcess:
 def _row(answer: dict[str, Any], out: Path, log: Path, limit: float | None) -> dict[str, Any]:
     """What a cell left, with what the kernel says of it."""
     measured = {"peak_memory_mb": round(answer["peak_memory_mb"], 1)}
-    if answer["signal"] == 0 and answer["code"] == 0 and out.exists():
+    # it may have been ended from outside just after it had written what it found
+    if answer["signal"] == 0 and answer["code"] in (0, -1) and out.exists():
         row: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
         row["start"] = row.get("start", 0.0) + answer["loaded"]
         return row | measured

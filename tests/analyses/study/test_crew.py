@@ -16,8 +16,10 @@ from numba.core import event
 from masonry_fem.analyses.cells import worker
 from masonry_fem.analyses.cells.cell import Cell
 from masonry_fem.analyses.cells.crew import Crew
+from masonry_fem.analyses.cells.process import WorkerProcess
 from masonry_fem.analyses.study import study
 from masonry_fem.errors import MasonryError
+from masonry_fem.records.told import known, write
 
 SCENE = """
 dimension = 2
@@ -41,7 +43,7 @@ FILES = {
     "hang.py": "while True:\n    pass\n",
     "leave.py": "import os, sys\nprint('enough', flush=True)\nos._exit(3)\n",
     "wrong.py": "1 / 0\n",
-    "murder.py": "import os, signal, time\nos.kill(os.getppid(), signal.SIGKILL)\ntime.sleep(5)\n",
+    "murder.py": "import os, signal\nos.kill(os.getppid(), signal.SIGKILL)\nos._exit(1)\n",
     "fine.py": "",
 }
 EXPECTED = {
@@ -92,6 +94,23 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path, repository: Path) -> None:
     assert "goes on with the 1 left" in said
     assert "missing" in out
     assert (tmp_path / "study.csv").exists()
+
+
+def test_what_a_worker_found_before_it_was_killed_is_kept(tmp_path: Path, monkeypatch) -> None:
+    """As by Ctrl-C, between the row's writing and the worker's word that it is written."""
+    process = WorkerProcess(tmp_path / "worker.log")
+    cell = Cell((), {}, "", "own")
+
+    def killed() -> None:
+        write(tmp_path / f"{cell.key}.json", {"outcome": "equilibrium", "start": 1.0})
+        raise OSError
+
+    process._ready = True
+    monkeypatch.setattr(process, "_answer", killed)
+    row = process.compute(cell, tmp_path, tmp_path, None)
+    process.end()
+    assert row["outcome"] == "equilibrium"
+    assert known(tmp_path / f"{cell.key}.json", dict[str, Any]) == row
 
 
 def test_nonsense_is_refused() -> None:

@@ -12,6 +12,7 @@ from typing import Any
 
 from masonry_fem.analyses.cells.cell import Cell
 from masonry_fem.analyses.cells.crew import Crew
+from masonry_fem.host.atomic import PART
 from masonry_fem.output.folder import make_folder
 from masonry_fem.records.told import known, write
 
@@ -32,6 +33,8 @@ class Kept:
     def __init__(self, folder: Path, *, fresh: bool) -> None:
         self.folder, self._fresh = folder / "cells", fresh
         make_folder(self.folder)
+        for left in self.folder.glob(f"*{PART}"):  # by a kill, beside a row that was whole
+            left.unlink(missing_ok=True)
 
     def row[T](self, key: str, kind: type[T]) -> T | None:
         """What is kept of a cell; None where it is to be computed.

@@ -16,6 +16,7 @@ from numba.core import event
 from masonry_fem.analyses.cells import worker
 from masonry_fem.analyses.cells.cell import Cell
 from masonry_fem.analyses.cells.crew import Crew
+from masonry_fem.analyses.cells.kept import Kept
 from masonry_fem.analyses.cells.process import WorkerProcess
 from masonry_fem.analyses.study import study
 from masonry_fem.errors import MasonryError
@@ -111,6 +112,16 @@ def test_what_a_worker_found_before_it_was_killed_is_kept(tmp_path: Path, monkey
     process.end()
     assert row["outcome"] == "equilibrium"
     assert known(tmp_path / f"{cell.key}.json", dict[str, Any]) == row
+
+
+def test_halves_of_rows_that_a_kill_left_are_removed(tmp_path: Path) -> None:
+    kept = Kept(tmp_path, fresh=False)
+    kept.keep("own", {"outcome": "equilibrium"})
+    half = tmp_path / "cells" / "own.json.part"
+    half.touch()
+    kept = Kept(tmp_path, fresh=False)
+    assert not half.exists()
+    assert kept.row("own", dict[str, Any]) == {"outcome": "equilibrium"}
 
 
 def test_nonsense_is_refused() -> None:

@@ -215,22 +215,6 @@ def test_a_large_part_has_parts_of_its_own(monkeypatch: pytest.MonkeyPatch, larg
     assert end.converged is rests
 
 
-@pytest.mark.parametrize(("large", "settles"), [(100, False), (10_000, True)])
-def test_a_large_problem_holds_slip_for_a_step_before_parts_rest(
-    monkeypatch: pytest.MonkeyPatch, large: int, settles: bool
-) -> None:
-    monkeypatch.setattr(newton, "FACTORED", large)
-    problem, _ = boards(80)
-    run = NewtonRun(problem, ProximalNewton(), sliding(problem))
-    quality = assess(problem, run.impulse, run.rigid_velocity)
-    asked: list[float] = []
-    monkeypatch.setattr(run.settling, "settle", lambda *given: asked.append(given[3]))
-    run.jammed = True
-    assert run._next(1.0, quality, 1e-8) is None
-    assert bool(asked) is settles
-    assert run.round.slip is not None
-
-
 def test_linear_solves_of_parts_count() -> None:
     problem, _ = boards(80)
     run = NewtonRun(problem, ProximalNewton(), sliding(problem))

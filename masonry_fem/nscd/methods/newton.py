@@ -182,7 +182,7 @@ class NewtonRun:
             library=settings.library,
         )
         self.settling = Settling(problem, held)
-        self.large = self.system.many and problem.count > FACTORED
+        self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
@@ -230,16 +230,16 @@ class NewtonRun:
 
     def _next(self, residual: float, quality: Quality, tolerance: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
-        part = bool(self.settings.grip)
         if self.jammed:
-            return self._hold_slip(tolerance)
+            self.jammed, self.grip = False, _GRIP
+            return self._watch_settling() if self._settle() else self._close_round(tolerance)
         rebounds = self._rebounds(residual)
-        if self.grip and not part and self._settle():
+        if self.grip and not self.settings.grip and self._settle():
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
         if residual <= max(self.settings.accuracy * self.error, 0.5 * _share(quality) * tolerance):
             self.grip *= _LOOSER
-            slow = part and self.large and self._relative(self._natural_residual()) > _SLOW * self.error
+            slow = self.large_part and self._relative(self._natural_residual()) > _SLOW * self.error
             return self._watch_settling() if slow and self._settle() else self._close_round(tolerance)
         if rebounds:
             return self._grip_harder()
@@ -247,16 +247,6 @@ class NewtonRun:
         if runs_off and self._firmer():
             return None
         return self._give_up_round() if self.round.steps >= self.settings.round_steps else None
-
-    def _hold_slip(self, tolerance: float) -> Outcome | None:
-        """What follows a step that was far too short: parts come to rest, or another step, with slip held."""
-        self.jammed, self.grip = False, _GRIP
-        if not self.large:
-            return self._watch_settling() if self._settle() else self._close_round(tolerance)
-        # its iterations hardly came to an end, and what it left does not tell what is far from rest
-        self.weight = self.least_weight
-        self.round = self._new_round()
-        return None
 
     def _solves(self) -> int:
         """Linear systems so far, those of parts included."""

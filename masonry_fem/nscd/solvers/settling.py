@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 
 from masonry_fem.host.ranks import Leader, Member, team
 from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
@@ -56,8 +55,9 @@ SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
 ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3
 # Of the error that a part had: what is taken where it does not come to what is good enough.
 BETTER = 0.1
-# Contacts up to which the interior point has a go at it: docs/solvers.md says what that is worth.
-FEW = 1_500
+# Where slip held does not bring a part to rest: first α of steps in which impulses are held instead, and its
+# factor after each round.
+FIRM, SOFTER = 0.1, 0.3
 # Contacts of a group from which all ranks solve for it together, even if it is no more than a rank's share:
 # whether a group takes 3 steps or 40 is not known beforehand, and who has none of 40 waits.
 SHARED = 10_000
@@ -250,23 +250,14 @@ class _Rest:
         return found
 
     def _enough(self, settings: SolverSettings) -> Solution:
-        """Its best state: with slip held; else, of a small one, from inside the cones."""
+        """Its best state: with slip held; else with impulses held, as helps where contacts part and meet."""
         found = self._solved(self.held, settings, self.part.start)
-        if found.converged or found.outcome is Outcome.TIME_LIMIT or self.part.problem.count > FEW:
+        if found.converged or found.outcome is Outcome.TIME_LIMIT:
             return found
-        return _better(found, self._from_inside(settings))
+        firm = replace(self.held, weight=FIRM, decrease=SOFTER, grip=0.0)
+        return _better(found, self._solved(firm, settings, self.part.start))
 
-    def _from_inside(self, settings: SolverSettings) -> Solution:
-        """Its state by the interior point, and polished."""
-        method = InteriorPoint(align=0.0, library=self.held.library)
-        inside = self._solved(method, replace(settings, tolerance=COARSEST))
-        if inside.quality.error <= settings.tolerance:
-            return inside
-        return _better(inside, self._solved(self.held, settings, _ahead(inside)))
-
-    def _solved(
-        self, method: ProximalNewton | InteriorPoint, settings: SolverSettings, start: Start | None = None
-    ) -> Solution:
+    def _solved(self, method: ProximalNewton, settings: SolverSettings, start: Start) -> Solution:
         solution = iterate(self.part.problem, method, settings, start)
         self.linear_solves += solution.linear_solves
         return solution

@@ -347,6 +347,40 @@ def test_what_is_far_better_than_before_is_taken(
         np.testing.assert_array_equal(settled[0], near)
 
 
+def stone(seed: int, contacts: int = 12) -> Part:
+    """A stone between faces all around, which yields, as a part whose contacts part and meet on its way."""
+    rng = np.random.default_rng(seed)
+    mixed = rng.standard_normal((2 * contacts, 2 * contacts))
+    compliance = 1e-3 * (mixed @ mixed.T / (2 * contacts) + 0.05 * np.eye(2 * contacts))
+    angle = rng.uniform(0.0, 2.0 * np.pi, contacts)
+    x, y = np.cos(angle), np.sin(angle)
+    maps = np.zeros((contacts, 2, 2, 3))
+    maps[:, 0, 0, 0], maps[:, 0, 0, 1] = -x, -y
+    maps[:, 0, 1, 0], maps[:, 0, 1, 1], maps[:, 0, 1, 2] = y, -x, -1.0
+    problem = ContactProblem(
+        friction=np.full(contacts, 0.6),
+        free_velocity=rng.uniform((0.0, -1e-3), (2e-3, 1e-3), (contacts, 2)),
+        compliance=sparse.bsr_array(compliance, blocksize=(2, 2)),
+        bodies=np.tile([0, -1], (contacts, 1)),
+        rigid_map=maps,
+        rigid_mass=np.zeros((1, 3)),
+        rigid_impulse=np.array([[0.0, -1.0, 0.0]]),
+        rigid_velocity=np.zeros((1, 3)),
+    )
+    part = whole_of(problem)
+    return replace(part, impulse=np.abs(rng.standard_normal((contacts, 2))))
+
+
+@pytest.mark.parametrize("seed", [6, 25, 34, 42, 53])
+def test_impulses_are_held_where_holding_slip_leads_nowhere(seed: int) -> None:
+    part = stone(seed)
+    held = NewtonRun(part.problem, ProximalNewton(), part.start).settling.held
+    settings = SolverSettings(tolerance=1e-3)
+    assert not iterate(part.problem, held, settings, part.start).converged
+    found = settling._Rest(part, held, settings, enough=1e-3).best()
+    assert found.converged
+
+
 def test_large_groups_are_shared_by_all_ranks():
     """Whatever their share: how many steps they take is not known beforehand."""
     one_after_the_other = np.array([14_800, 13_200, 600])

@@ -651,8 +651,8 @@ _GRIPPED = 10  # steps in which it should
 # Times the best error so far: a step that leaves more rebounds, and does not tell how exact parts need to be.
 _REBOUND = 100.0
 # α over the error that parts leave. With the least α at once the next step throws contacts of vaults that
-# part and meet far off (errors of 2 for 0.1); with 0.1 pushed walls take a fifth fewer products, but errors of
-# a vault of 1500 stones swing between 2e-3 and 0.1 for 24 steps, in place of 9 to 1e-3.
+# part and meet far off (errors of 2 for 0.1); with 0.1 pushed walls take a fifth fewer products, but errors
+# of a vault of 1500 stones swing between 2e-3 and 0.1 for 24 steps, in place of 9 to 1e-3.
 _UNSETTLED = 0.3
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is

@@ -245,6 +245,23 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     assert (motion != start.rigid_velocity).any(axis=1).sum() == in_time
 
 
+@pytest.mark.parametrize(("best", "moved"), [(np.inf, [0]), (1e-6, [0, 3]), (0.0, [0])])
+def test_all_that_is_farther_off_than_before_comes_to_rest(best: float, moved: list[int]) -> None:
+    """Not only what most of the residual lies at, unless that is much of the whole: then a tenth is left."""
+    problem, _ = boards(12)
+    start = sliding(problem)
+    assert start.impulse is not None
+    assert start.rigid_velocity is not None
+    parts = NewtonRun(problem, ProximalNewton(), start).settling
+    missing = np.full(12, 1e-9)
+    missing[[0, 3]] = 1.0, 0.03
+    size = float(np.linalg.norm(start.impulse))
+    residual = missing[problem.bodies.max(axis=1)][:, None] * np.full(3, 1e-2 * size)
+    settled = parts.settle(residual, start.impulse, start.rigid_velocity, 1.0, 1e-8, best=best)
+    assert settled is not None
+    assert np.flatnonzero((settled[1] != start.rigid_velocity).any(axis=1)).tolist() == moved
+
+
 class Two(Leader):
     """Two ranks in one process, to which shares go as they go to others."""
 

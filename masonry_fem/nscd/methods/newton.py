@@ -483,7 +483,7 @@ class NewtonRun:
         residual = self._natural_residual()
         error = min(self._relative(residual), _REBOUND * self.best)
         settled = self.settling.settle(
-            residual, self.impulse, self.rigid_velocity, error, self.wanted, self.until
+            residual, self.impulse, self.rigid_velocity, error, self.wanted, self.until, self.best
         )
         if settled is None:
             return False

@@ -43,10 +43,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# A part is made of the bodies without which this share of the residual is left: the first share that makes
-# a part of no more than so many of all contacts.
+# A part is made of the bodies without which as much of the residual is left as parts left at best so far, if
+# it has no more than the first share of all contacts. Else a share of the residual is left: the first one
+# that makes a part of no more than half of them. Near the end a few contacts are far off after each step: a
+# tenth of their residual is more than all that was left before, and the error would not fall any more.
+FEW, MOST = 0.2, 0.5
 LEFT = (0.1, 0.3, 0.6)
-MOST = 0.5
 # Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,
 # and the least over that at which the whole ends.
 SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
@@ -85,6 +87,7 @@ class Settling:
         error: float,
         wanted: float,
         until: float | None = None,
+        best: float = np.inf,
     ) -> tuple[FloatArray, FloatArray] | None:
         """Impulses (c, d) and U (b, m) with what was far from settled at rest; None where that fails.
 
@@ -94,16 +97,17 @@ class Settling:
         impulse, rigid_velocity : The state, shapes (c, d) and (b, m).
         error : Norm of the residual over that of the impulses. wanted : Error at which the whole ends.
         until : Monotonic clock after which parts stay as far as they have come [s]; None: no limit.
+        best : Least error that parts have left so far; inf where there were none.
         """
-        size = float(np.linalg.norm(residual))
-        for left in LEFT:
-            chosen = unsettled(self.problem, residual, left * size)
-            if touched(self.problem, chosen).mean() <= MOST:
+        missed, size = float(np.linalg.norm(residual)), float(np.linalg.norm(impulse)) or 1.0
+        first = min(best * size, LEFT[0] * missed)
+        for least, most in ((first, FEW), *((left * missed, MOST) for left in LEFT)):
+            chosen = unsettled(self.problem, residual, least)
+            if touched(self.problem, chosen).mean() <= most:
                 break
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        size = float(np.linalg.norm(impulse)) or 1.0
         aim = Aim(self.held, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False

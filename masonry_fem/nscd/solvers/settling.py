@@ -43,9 +43,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# A part is made of the bodies without which as much of the residual is left as parts left at best so far, if
-# it has no more than the first share of all contacts. Else a share of the residual is left: the first one
-# that makes a part of no more than half of them. Near the end a few contacts are far off after each step: a
+# A part is made of the bodies without which no more of the residual is left than at the best state so far, if
+# they have no more than the first share of all contacts. Else a share of the residual is left: the first one
+# that makes a part of no more than the second share of them. Near the end a few contacts are far off after each step: a
 # tenth of their residual is more than all that was left before, and the error would not fall any more.
 FEW, MOST = 0.2, 0.5
 LEFT = (0.1, 0.3, 0.6)
@@ -97,7 +97,7 @@ class Settling:
         impulse, rigid_velocity : The state, shapes (c, d) and (b, m).
         error : Norm of the residual over that of the impulses. wanted : Error at which the whole ends.
         until : Monotonic clock after which parts stay as far as they have come [s]; None: no limit.
-        best : Least error that parts have left so far; inf where there were none.
+        best : Least error of the whole after a round or after parts so far; inf before the first.
         """
         missed, size = float(np.linalg.norm(residual)), float(np.linalg.norm(impulse)) or 1.0
         first = min(best * size, LEFT[0] * missed)

@@ -45,8 +45,8 @@ Mask = NDArray[np.bool_]
 
 # A part is made of the bodies without which no more of the residual is left than at the best state so far, if
 # they have no more than the first share of all contacts. Else a share of the residual is left: the first one
-# that makes a part of no more than the second share of them. Near the end a few contacts are far off after each step: a
-# tenth of their residual is more than all that was left before, and the error would not fall any more.
+# that makes a part of no more than the second share of them. Near the end a few contacts are far off after
+# each step: a tenth of their residual is more than all that was left before, and the error would not fall.
 FEW, MOST = 0.2, 0.5
 LEFT = (0.1, 0.3, 0.6)
 # Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,

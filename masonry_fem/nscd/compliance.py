@@ -225,6 +225,8 @@ class Kinds:
     def bare(self) -> Kinds:
         """The same without matrices that no stone has."""
         used, kind = np.unique(self.kind, return_inverse=True)
+        if len(used) == len(self.matrices):
+            return self
         return replace(self, matrices=self.matrices[used], kind=kind)
 
     def blocks(self) -> FloatArray:
@@ -257,6 +259,7 @@ class Shared(Operator):
         self.symmetric = symmetric
         self._matrix: sparse.bsr_array | None = None
         self._diagonal: FloatArray | None = None
+        self._sound = False  # known to have no number that is not finite
         contact = np.concatenate(
             [kind.contacts.ravel() for kind in self.kinds] or [np.zeros(0, dtype=np.int64)]
         )
@@ -302,7 +305,7 @@ class Shared(Operator):
         d, own = self.dimension, []
         for kind in self.kinds:
             side = np.arange(kind.contacts.shape[1])
-            blocks = kind.blocks()[:, side, side][kind.kind]
+            blocks = kind.blocks()[kind.kind[:, None], side, side]
             own.append((kind.turns @ blocks @ kind.turns.swapaxes(2, 3)).reshape(-1, d, d))
         total = self._summed(own)
         if self.bed is not None:
@@ -328,7 +331,7 @@ class Shared(Operator):
     def strongest(self, least: float) -> tuple[IntArray, FloatArray]:
         """Pairs of contacts of a stone that are coupled by more than ``least``, and by how much."""
         pairs, norms = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0)]
-        for kind in self.kinds:
+        for kind in (kind.bare() for kind in self.kinds):
             norm = _norms(kind.blocks())
             # a contact gives way by at least as much as on this side alone
             own = np.sqrt(np.diagonal(norm, axis1=1, axis2=2))
@@ -350,6 +353,8 @@ class Shared(Operator):
 
     def faulty(self) -> tuple[int, int] | None:
         """Two contacts between which a number is not finite; None: there are none."""
+        if self._sound:
+            return None
         for kind in self.kinds:
             wrong = ~np.isfinite(kind.matrices).all(axis=(1, 2))[kind.kind]
             if wrong.any():
@@ -360,6 +365,7 @@ class Shared(Operator):
         if self.bed is not None and not np.isfinite(self.bed).all():
             contact = int(np.argwhere(~np.isfinite(self.bed))[0, 0])
             return contact, contact
+        self._sound = True
         return None
 
     def matrix(self) -> sparse.bsr_array:
@@ -381,7 +387,9 @@ class Shared(Operator):
         place[contacts] = np.arange(len(contacts))
         kinds = [kind.numbered(place[kind.contacts]) for kind in self.kinds]
         bed = None if self.bed is None else self.bed[contacts]
-        return Shared(len(contacts), self.dimension, kinds, self.symmetric, bed)
+        some = Shared(len(contacts), self.dimension, kinds, self.symmetric, bed)
+        some._sound = self._sound
+        return some
 
     def plus(self, bed: FloatArray) -> Shared:
         """The same with what contacts give way by themselves added.

@@ -101,6 +101,33 @@ def test_numbers_that_are_not_finite_are_told(made, where):
         replace(problem, compliance=made)
 
 
+def test_what_was_found_finite_is_not_looked_at_again(made):
+    """Parts come by the hundred, and hold references to all matrices of the whole: a scan would cost more."""
+    assert made.faulty() is None
+    made.kinds[0].matrices[0][-1, 0] = np.nan
+    assert made.faulty() is None
+    assert made.only(np.arange(4)).faulty() is None
+
+
+@pytest.mark.parametrize("looked", [False, True])
+def test_other_beds_are_looked_at(made, looked):
+    """Whether the operator was before or not."""
+    assert not looked or made.faulty() is None
+    bed = np.where(np.arange(12)[:, None] == 5, np.nan, np.ones((12, made.dimension)))
+    assert made.plus(bed).faulty() == (5, 5)
+    assert made.plus(bed).only(np.array([2, 5])).faulty() == (1, 1)
+
+
+def test_matrices_that_no_stone_has_change_nothing(made):
+    """A part holds those of the whole."""
+    part = made.only(np.array([9, 10]))
+    bare = Shared(2, made.dimension, [kind.bare() for kind in part.kinds], symmetric=False)
+    assert sum(len(kind.matrices) for kind in bare.kinds) < sum(len(kind.matrices) for kind in part.kinds)
+    np.testing.assert_array_equal(part.diagonal(), bare.diagonal())
+    for one, other in zip(part.strongest(0.01), bare.strongest(0.01), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 @pytest.mark.parametrize("chosen", [[], [2], [0, 3, 4], range(6)])
 def test_a_part_of_a_stored_compliance_is_its_rows_and_columns(chosen):
     """Only neighbours share blocks that are stored, and contacts 2 and 4."""

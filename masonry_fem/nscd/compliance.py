@@ -17,6 +17,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -270,6 +271,10 @@ class Shared(Operator):
         self._sides = np.full((2, count), len(contact))
         self._sides[0, number] = order[first]
         self._sides[1, number[times > 1]] = order[first[times > 1] + 1]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process gets: no matrices of stones that a part has left behind."""
+        return vars(self) | {"kinds": tuple(kind.bare() for kind in self.kinds)}
 
     @property
     def nnz(self) -> int:

@@ -1,5 +1,6 @@
 """W_el by what stones share: the same answers as the matrix gives."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -119,10 +120,14 @@ def test_other_beds_are_looked_at(made, looked):
 
 
 def test_matrices_that_no_stone_has_change_nothing(made):
-    """A part holds those of the whole."""
+    """A part holds those of the whole, but does not send them to other ranks."""
     part = made.only(np.array([9, 10]))
     bare = Shared(2, made.dimension, [kind.bare() for kind in part.kinds], symmetric=False)
     assert sum(len(kind.matrices) for kind in bare.kinds) < sum(len(kind.matrices) for kind in part.kinds)
+    sent = pickle.loads(pickle.dumps(part))
+    assert sum(len(kind.matrices) for kind in sent.kinds) == sum(len(kind.matrices) for kind in bare.kinds)
+    impulse = np.arange(2.0 * made.dimension)
+    np.testing.assert_array_equal(sent @ impulse, part @ impulse)
     np.testing.assert_array_equal(part.diagonal(), bare.diagonal())
     for one, other in zip(part.strongest(0.01), bare.strongest(0.01), strict=True):
         np.testing.assert_array_equal(one, other)

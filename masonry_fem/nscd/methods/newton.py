@@ -42,6 +42,7 @@ from masonry_fem.nscd.scaling import (
     whole_scale,
 )
 from masonry_fem.nscd.settings import ACCEPTABLE, TARGET, SolverSettings, Start
+from masonry_fem.nscd.solvers.centre import inside
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
@@ -117,9 +118,10 @@ method = ProximalNewton  # of ``[solver]``
 
 @dataclass(slots=True)
 class _Round:
-    """One proximal problem: its centre, its weights, and how it went so far."""
+    """One proximal problem: where it began, its centre, its weights, and how it went so far."""
 
     impulse: FloatArray
+    centre: FloatArray  # of impulses, inside the cones where contacts stick
     rigid_velocity: FloatArray
     mass: FloatArray  # ε, zero where M_r > 0, shape (b, m)
     alpha: float
@@ -448,7 +450,7 @@ class NewtonRun:
             where, point = self.seen
             if where is now and point.moved is moved:
                 return point
-        velocity = moved + (now.alpha * self.proximal)[:, None] * (impulse - now.impulse)
+        velocity = moved + (now.alpha * self.proximal)[:, None] * (impulse - now.centre)
         rho = 1.0 / (self.scale + now.alpha * self.proximal)
         pressed = problem.contact_part(impulse, velocity)
         line = (
@@ -494,7 +496,19 @@ class NewtonRun:
         return True
 
     def _watch_settling(self) -> Outcome | None:
-        """Whether parts bring the whole on."""
+        """Whether parts bring the whole on.
+
+        Where the error comes back to the best one again and again, an impulse that moves next to nothing is
+        on its way, as far in each round as α lets it: α gives way.
+        """
+        if self.settings.grip:
+            pass
+        elif self.error < (1 - _SAME) * self.best:
+            self.crawling = 0
+        elif self.error < (1 + _SAME) * self.best:
+            self.crawling += 1
+            if self.crawling >= _CRAWL:
+                self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
         self.idle = 0 if self.error < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, self.error)
         return Outcome.STALLED if self.idle >= self.settings.patience else None
@@ -516,7 +530,12 @@ class NewtonRun:
     def _new_round(self) -> _Round:
         mass = np.where(self.static, self.static_mass * self.system.column**2 / self.system.unit, 0.0)
         slip = self._velocity(self.impulse, self.rigid_velocity) if self.grip else None
-        return _Round(self.impulse, self.rigid_velocity, mass, self.weight, slip)
+        centre = self.impulse
+        if slip is not None and not self.settings.grip:
+            # as κ falls, so does how far; in proportion to the error alone, it would keep the error alive
+            error = self.error * self.grip / _GRIP
+            centre = inside(self.problem, centre, slip, self.scale, error, self.weight)
+        return _Round(self.impulse, centre, self.rigid_velocity, mass, self.weight, slip)
 
     def _close_round(self, tolerance: float) -> Outcome | None:
         """Move the centre to a solved round's solution; tell whether that can go on."""
@@ -624,6 +643,7 @@ class NewtonRun:
 # lets the impulses wander that nothing determines.
 _SLOW = 0.5
 _CRAWL = 3
+_SAME = 0.05  # by how much an error may differ from the best one and be the same
 _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4

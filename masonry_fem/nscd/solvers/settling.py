@@ -51,7 +51,7 @@ FEW, MOST = 0.2, 0.5
 LEFT = (0.1, 0.3, 0.6)
 # Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,
 # and the least over that at which the whole ends.
-SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-5, 0.1
+SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-4, 0.1
 # The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on, of which
 # one that raises the error by such a factor is the last: after it none has come to what is wanted.
 ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3

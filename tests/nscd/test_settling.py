@@ -312,6 +312,30 @@ def test_a_part_larger_than_a_share_is_solved_by_all_ranks(
     assert ranks.loads == loads
 
 
+@pytest.mark.parametrize(
+    ("errors", "factor"),
+    [
+        ([1.01, 0.99, 1.03], 0.1),
+        ([1.01, 2.0, 0.99, 5.0, 1.03], 0.1),  # with worse ones in between
+        ([1.01, 0.99], 1.0),
+        ([1.01, 0.99, 0.9, 0.91, 0.89], 1.0),  # it falls
+        ([2.0, 3.0, 2.0, 2.0], 1.0),
+    ],
+)
+@pytest.mark.parametrize("part", [False, True])
+def test_weights_of_impulses_fall_where_the_error_comes_back(
+    errors: list[float], factor: float, part: bool
+) -> None:
+    """Three times to what it was at best. Parts are left alone; they hold slip from the start."""
+    problem, _ = boards(1)
+    run = NewtonRun(problem, ProximalNewton(grip=0.03 if part else 0.0), None)
+    run.best, least = 1e-6, run.least_weight
+    for error in errors:
+        run.error = error * 1e-6
+        assert run._watch_settling() is None
+    np.testing.assert_allclose(run.least_weight, least * (1.0 if part else factor))
+
+
 def test_a_rebound_does_not_tell_how_exact_parts_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """A full step may throw the whole far off where it had come: parts are to bring it back there."""
     problem, _ = boards(1)

@@ -496,22 +496,22 @@ class NewtonRun:
         return True
 
     def _watch_settling(self) -> Outcome | None:
-        """Whether parts bring the whole on.
-
-        Where the error comes back to the best one again and again, an impulse that moves next to nothing is
-        on its way, as far in each round as α lets it: α gives way.
-        """
-        if self.settings.grip:
-            pass
-        elif self.error < (1 - _SAME) * self.best:
-            self.crawling = 0
-        elif self.error < (1 + _SAME) * self.best:
-            self.crawling += 1
-            if self.crawling >= _CRAWL:
-                self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
+        """Whether parts bring the whole on."""
+        self._watch_returns()
         self.idle = 0 if self.error < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, self.error)
         return Outcome.STALLED if self.idle >= self.settings.patience else None
+
+    def _watch_returns(self) -> None:
+        """Let α fall where the error of the whole comes back to the best one again and again.
+
+        An impulse that moves next to nothing is on its way then, as far in each round as α lets it.
+        """
+        if self.settings.grip or self.error >= (1 + _SAME) * self.best:
+            return
+        self.crawling = 0 if self.error < (1 - _SAME) * self.best else self.crawling + 1
+        if self.crawling >= _CRAWL:
+            self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
 
     def _natural_residual(self) -> FloatArray:
         """P − P_K(p − v̂/w), shape (c, d)."""

@@ -279,7 +279,7 @@ class Shared(Operator):
     @property
     def nnz(self) -> int:
         """Numbers that the stones' matrices would have if none was shared."""
-        return sum(len(kind.contacts) * kind.matrices[0].size for kind in self.kinds)
+        return sum(kind.contacts.size * kind.turns.shape[2] * kind.matrices.shape[2] for kind in self.kinds)
 
     def __matmul__(self, impulse: FloatArray) -> FloatArray:
         """Velocities (c d,) from impulses (c d,)."""

@@ -128,6 +128,8 @@ def test_matrices_that_no_stone_has_change_nothing(made):
     assert sum(len(kind.matrices) for kind in sent.kinds) == sum(len(kind.matrices) for kind in bare.kinds)
     impulse = np.arange(2.0 * made.dimension)
     np.testing.assert_array_equal(sent @ impulse, part @ impulse)
+    np.testing.assert_array_equal(sent.matrix().toarray(), part.matrix().toarray())
+    assert sent.nnz == part.nnz > 0
     np.testing.assert_array_equal(part.diagonal(), bare.diagonal())
     for one, other in zip(part.strongest(0.01), bare.strongest(0.01), strict=True):
         np.testing.assert_array_equal(one, other)

@@ -532,7 +532,7 @@ class NewtonRun:
         slip = self._velocity(self.impulse, self.rigid_velocity) if self.grip else None
         centre = self.impulse
         if slip is not None and not self.settings.grip:
-            # as κ falls, so does how far; in proportion to the error alone, it would keep the error alive
+            # the margin falls with κ, too: in proportion to the error alone, it would keep the error alive
             error = self.error * self.grip / _GRIP
             centre = inside(self.problem, centre, slip, self.scale, error, self.weight)
         return _Round(self.impulse, centre, self.rigid_velocity, mass, self.weight, slip)

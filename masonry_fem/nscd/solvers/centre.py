@@ -1,8 +1,9 @@
 """Centre: of a proximal problem of impulses, a little inside the cones where contacts stick.
 
-Where three stones meet, an impulse that goes round their three joints moves nothing, and none is determined.
-The proximal term leaves it where it was, mostly with a contact on the edge of its cone that sticks all the
-same: the next step that changes something nearby pushes it over. A centre inside the cone draws it back.
+Where three stones meet, an impulse that goes round their three joints moves nothing, or next to nothing, and
+is hardly determined. The proximal term leaves it where it was, often with a contact on the edge of its cone
+that sticks all the same: the next step that changes something nearby throws it far out. A centre inside the
+cone draws it back.
 
     centre = inside(problem, impulse, velocity, scale, error, weight)
 """
@@ -32,9 +33,10 @@ def inside(
 
     Tangential impulses are at most (1 − m) μ p_N where contacts stick. The proximal term then moves what is
     determined by α w m μ p_N: no more than the error allows. A contact that slips by less than the error may
-    stick as well; the share falls with its speed, or else such contacts would be drawn inside in every other
-    round. An impulse that goes round a stone changes all that it passes by as much, and pulls where next to
-    nothing bears: no contact is drawn farther than a share of the least normal impulse of its two bodies.
+    stick as well; the margin m falls with its speed, or else such contacts would be drawn inside in every
+    other round. An impulse that goes round a stone changes all the contacts that it passes by as much, and
+    would pull at those that bear next to nothing: the way, m μ p_N, is no longer than such a share of the
+    least normal impulse of both bodies.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.host.ranks import Leader
-from masonry_fem.nscd import SolverSettings
+from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
@@ -228,6 +228,18 @@ def test_linear_solves_of_parts_count() -> None:
     assert sum(offer.linear_solves for offer in offers) > run.factors
 
 
+def test_no_step_begins_after_so_many_linear_systems() -> None:
+    """Those of parts count."""
+    problem, _ = boards(80)
+    settings, start = SolverSettings(tolerance=1e-8), sliding(problem)
+    whole = iterate(problem, ProximalNewton(), settings, start)
+    most = whole.linear_solves // 2
+    end = iterate(problem, ProximalNewton(systems=most), settings, start)
+    assert end.outcome is Outcome.MAX_ITERATIONS
+    assert most <= end.linear_solves < whole.linear_solves
+    assert end.iterations < end.linear_solves
+
+
 @pytest.mark.parametrize("in_time", [0, 3, 8])
 def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, in_time: int) -> None:
     """Of eight boards by a clock that reaches the limit after some."""
@@ -422,9 +434,24 @@ def test_impulses_are_held_where_holding_slip_leads_nowhere(seed: int) -> None:
     assert found.converged
 
 
-def test_large_groups_are_shared_by_all_ranks():
-    """Whatever their share: how many steps they take is not known beforehand."""
-    one_after_the_other = np.array([14_800, 13_200, 600])
-    assert settling._large(one_after_the_other, 2).tolist() == [True, True, False]
-    assert settling._large(np.array([5_000, 4_000]), 2).tolist() == [True, False]
-    assert settling._large(np.array([1_900, 100]), 2).tolist() == [False, False]
+def test_holding_impulses_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(settling, "MOST_SYSTEMS", 1)
+    part = stone(6)
+    held = NewtonRun(part.problem, ProximalNewton(), part.start).settling.held
+    rest = settling._Rest(part, held, SolverSettings(tolerance=1e-3), enough=1e-3)
+    assert rest.best().outcome is Outcome.MAX_ITERATIONS
+
+
+@pytest.mark.parametrize(
+    ("sizes", "large"),
+    [
+        ([12_600, 1_000, 1_000, 270], [True, False, False, False]),  # who has the first would be last by far
+        ([4_527, 4_500], [False, False]),  # one for each rank
+        ([5_000, 60_000, 4_000], [False, True, False]),
+        ([40_000, 30_000, 30_000, 30_000], [False, False, False, False]),
+        ([1_900, 100], [False, False]),  # a factor is one rank's
+        ([], []),
+    ],
+)
+def test_two_ranks_share_groups_so_that_the_last_ends_soonest(sizes: list[int], large: list[bool]) -> None:
+    assert settling._large(np.array(sizes, dtype=np.int64), 2).tolist() == large

@@ -83,6 +83,7 @@ class ProximalNewton:
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
+    systems : Linear systems after which no further step begins, those of parts included.
     rise : Factor by which an error may exceed the least so far; a step that raises it further ends the run.
     library : Linear factor, see ``linear``.
     """
@@ -97,6 +98,7 @@ class ProximalNewton:
     grip: float = 0.0
     moving: bool = False
     iterations: int = 400
+    systems: float = np.inf
     rise: float = np.inf
     library: Library = "auto"
 
@@ -214,6 +216,8 @@ class NewtonRun:
         """One Newton step; a round that is solved moves the centre."""
         if quality.error > self.settings.rise * self.least or self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
+        if self._solves() >= self.settings.systems:
+            return self._offer(Outcome.MAX_ITERATIONS, solves=0)
         self.wanted = settings.tolerance
         if settings.time_limit is not None:
             self.until = self.begun + settings.time_limit

@@ -1,4 +1,4 @@
-"""The compiled loop of Rows: A + Bc W_el within sets of contacts, set after set."""
+"""The compiled loops of Rows, set of contacts after set: A + Bc W_el, and what iterations multiply by."""
 
 from __future__ import annotations
 
@@ -47,3 +47,77 @@ def coupled(
                             for j in range(d):
                                 block[a * d + i, b * d + j] += factor * matrix[a * d + step, b * d + j]
     return made
+
+
+@compiled
+def add_solutions(group: IntArray, inverse: FloatArray, force: FloatArray, impulse: FloatArray) -> None:
+    """Add what n sets of k contacts give for forces on them.
+
+    Parameters
+    ----------
+    group : The sets, shape (n, k). inverse : Impulses from forces, shape (n, k d, k d).
+    force : Of all contacts, shape (c, d). impulse : The same; it is added to.
+    """
+    k, d = group.shape[1], force.shape[1]
+    given = np.empty(k * d)
+    for number in range(len(group)):
+        for a in range(k):
+            for i in range(d):
+                given[a * d + i] = force[group[number, a], i]
+        for a in range(k):
+            for i in range(d):
+                total = 0.0
+                for j in range(k * d):
+                    total += inverse[number, a * d + i, j] * given[j]
+                impulse[group[number, a], i] += total
+
+
+@compiled
+def take_followed(
+    group: IntArray, followed: FloatArray, bodies: IntArray, motion: FloatArray, impulse: FloatArray
+) -> None:
+    """Take off what n sets of k contacts give for the motions of their b bodies.
+
+    Parameters
+    ----------
+    group : The sets, shape (n, k). followed : Impulses from motions, shape (n, k d, b m).
+    bodies : Of each set, −1 for none, shape (n, b). motion : Of all bodies, shape (g, m).
+    impulse : Of all contacts, shape (c, d); it is taken off from.
+    """
+    k, d, b, m = group.shape[1], impulse.shape[1], bodies.shape[1], motion.shape[1]
+    given = np.empty(b * m)
+    for number in range(len(group)):
+        for place in range(b):
+            body = bodies[number, place]
+            for i in range(m):
+                given[place * m + i] = motion[body, i] if body >= 0 else 0.0
+        for a in range(k):
+            for i in range(d):
+                total = 0.0
+                for j in range(b * m):
+                    total += followed[number, a * d + i, j] * given[j]
+                impulse[group[number, a], i] -= total
+
+
+@compiled
+def rows_product(
+    by_velocity: FloatArray, own: FloatArray, unit: float,
+    velocity: FloatArray, moved: FloatArray, x: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Bc (v / unit + B U) + A x, shape (c, d).
+
+    Parameters
+    ----------
+    by_velocity, own : Bc and A, shape (c, d, d). unit : Of impulses.
+    velocity, moved, x : v, B U and x, shape (c, d).
+    """
+    c, d, _ = own.shape
+    product = np.empty((c, d))
+    for contact in range(c):
+        for i in range(d):
+            total = 0.0
+            for j in range(d):
+                total += by_velocity[contact, i, j] * (velocity[contact, j] / unit + moved[contact, j])
+                total += own[contact, i, j] * x[contact, j]
+            product[contact, i] = total
+    return product

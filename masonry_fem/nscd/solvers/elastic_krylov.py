@@ -39,7 +39,7 @@ from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
-from masonry_fem.nscd.solvers.elastic_kernel import coupled
+from masonry_fem.nscd.solvers.elastic_kernel import add_solutions, coupled, rows_product, take_followed
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
 from masonry_fem.nscd.solvers.seams import seams, together
 from masonry_fem.nscd.transfer import to_bodies, to_contacts
@@ -316,22 +316,18 @@ class Rows:
 
     def inside(self, force: FloatArray) -> FloatArray:
         """Impulses of given rows, interface by interface, shape (c, d)."""
-        impulse = np.zeros_like(force)
+        force, impulse = np.ascontiguousarray(force), np.zeros(force.shape)
         for group, solved in zip(self.groups, self.solved, strict=True):
-            given = force[group].reshape(len(group), -1, 1)
-            impulse[group] = (solved.inverse @ given).reshape(*group.shape, -1)
+            add_solutions(group, solved.inverse, force, impulse)
         for group, joined in zip(self.seams, self.joined, strict=True):
-            given = force[group].reshape(len(group), -1, 1)
-            impulse[group] += (joined @ given).reshape(*group.shape, -1)
+            add_solutions(group, joined, force, impulse)
         return impulse
 
     def moving(self, impulse: FloatArray, motion: FloatArray) -> FloatArray:
         """Impulses of given rows where bodies move, from those where they do not, both (c, d)."""
-        padded = np.concatenate([motion, np.zeros((1, motion.shape[1]))])  # the last is no body
-        left = impulse.copy()
+        motion, left = np.ascontiguousarray(motion), impulse.copy()
         for group, (bodies, _), solved in zip(self.groups, self._joins, self.solved, strict=True):
-            moved = padded[bodies].reshape(len(group), -1, 1)
-            left[group] -= (solved.followed @ moved).reshape(*group.shape, -1)
+            take_followed(group, solved.followed, bodies, motion, left)
         return left
 
     def to_bodies(self, impulse: FloatArray, count: int) -> FloatArray:
@@ -344,16 +340,13 @@ class Rows:
         velocity: FloatArray = to_contacts(self.bodies, self.maps, motion)
         return velocity
 
-    def turned(self, velocity: FloatArray) -> FloatArray:
-        """Bc v, shape (c, d)."""
-        force: FloatArray = (self.values.by_velocity @ velocity[:, :, None])[:, :, 0]
-        return force
-
     def product(self, x: FloatArray, given: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows times x and U, where x at closed contacts makes velocities ``given``, shape (c, d)."""
-        return (
-            self.turned(given / self.values.unit + self.moved(motion)) + (self.own @ x[:, :, None])[:, :, 0]
+        values = self.values
+        product: FloatArray = rows_product(
+            values.by_velocity, self.own, values.unit, np.ascontiguousarray(given), self.moved(motion), x
         )
+        return product
 
 
 class Interfaces:

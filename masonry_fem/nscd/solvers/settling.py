@@ -58,11 +58,11 @@ ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3
 # Of the error that a part had: what is taken where it does not come to what is good enough.
 BETTER = 0.1
 # Where slip held does not bring a part to rest: first α of steps in which impulses are held instead, and its
-# factor after each round; and linear systems after which these have failed, those of parts of the part included:
-# where they lead somewhere they take up to 200, and else took up to 18 000.
+# factor after each round; and linear systems after which they have failed, those of the part's own parts
+# included. Where they lead somewhere they take up to 200; where not, they took up to 18 000.
 FIRM, SOFTER, MOST_SYSTEMS = 0.1, 0.3, 400
-# What each further rank adds to the speed of one where ranks solve for a group together: two of them take five
-# sixths of the time for 12 600 contacts, and as long as one for 4 500.
+# What each further rank adds to the speed of one where ranks solve for a group together: two take five sixths
+# of the time for 12 600 contacts, and as long as one for 4 500.
 TOGETHER = 0.2
 _NO_TIME = 1e-9  # a limit that is over [s]
 

@@ -8,7 +8,7 @@ its neighbours follow, and if it does not, it bears more than its strength. The 
 balance, in which a crack has run. Newton's method goes in circles between the two cases, and shorter steps do
 not help. So the two are separated: blocks balance with damage that stays as it is, by tangents that have no
 slope downwards, and damage then grows by the strains there, and stays. Turn by turn cracks run until they
-stop. A turn need not balance, as the next one goes on from it. Whenever stresses have come nearer to balance
+stop. A turn need not balance, nor its contacts be solved to the end, as the next one goes on from it. Whenever stresses have come nearer to balance
 by half Newton's method is tried from there, which converges once it is near.
 
 References
@@ -33,6 +33,7 @@ logger = logging.getLogger(__name__)
 
 MOST = 1000  # turns
 NEARER = 0.5  # of what stresses have left of balance at most since Newton's method was last tried
+CLOSE = 1e-3  # error of contacts from which the next turn can go on
 STEPS = 30  # of it in the contacts' problem of a round: where they do not do, the balance is not near
 
 
@@ -89,9 +90,10 @@ def snapped(rounds: Rounds, made: Round) -> Snap | None:
     for turn in range(MOST):
         here = _from(rounds, ends)
         there = here.solved(here.start, None, _held(rounds, ends))
-        if not there.solution.solved:
+        solved = there.solution.solved
+        if not solved and not there.solution.quality.error <= CLOSE:
             return None
-        if here.settled(there):
+        if solved and here.settled(there):
             return Snap(here, there, ends, lost)
         lost, ends = _lost(rounds, ends, there.bodies, lost), there.bodies
         left = there.residuals[-1]

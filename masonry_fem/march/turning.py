@@ -13,7 +13,7 @@ combinations of where these led, to first order, and the next round is made wher
 comes nearest to itself.
 
 Contacts of a round need to be solved no more exactly than its place is known. Between blocks that deform
-impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH``, the others to a share of
+impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH`` or ``FINER``, the others to a share of
 what the last one left of balance, and the last to the tolerance. Stones that yield need rounds anyway: as
 soon as their stresses are near to balance, blocks turn in the same rounds. Where steps of statics are alike,
 the first round is made where the last step leads on to (``forecast``). Where that leads to no end, or nothing
@@ -50,9 +50,10 @@ PATIENCE = 4  # rounds that bring forces no nearer to balance
 DEPTH = 5  # earlier rounds that the next place is made of
 BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
-# Error of the contacts in a first round. With 1e-3 loose stones of large walls have not settled yet, and the
-# next round begins with steps that come out too short: 100×100 bricks take 57 s to solve for 43.
-ROUGH = 1e-4
+ROUGH = 1e-3  # error of the contacts in a first round
+# The same of so many contacts. With 1e-3 loose stones of large walls have not settled yet, and the next round
+# begins with steps that come out too short: 100×100 bricks take 57 s to solve for 43.
+FINER, MANY = 1e-4, 20_000
 FORESEEN, STEPS = 1e-7, 8  # error and most Newton steps of one that begins next to its end
 
 
@@ -101,17 +102,17 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
 
 def _begun(rounds: Rounds) -> tuple[Rounds, Round, float]:
     """The rounds from a forecast on if there is one, the first of them, and the error of its contacts."""
-    forecast = foreseen(rounds)
+    forecast, rough = foreseen(rounds), ROUGH if len(rounds.coupling.soft) < MANY else FINER
     if forecast is None:
-        return rounds, rounds.roughly(ROUGH).solved(rounds.start, None), ROUGH
+        return rounds, rounds.roughly(rough).solved(rounds.start, None), rough
     ahead, settings = replace(rounds, forecast=forecast), rounds.settings
     if not forecast.near or settings.method not in ("auto", "newton"):
-        return ahead, ahead.roughly(ROUGH).solved(forecast.place, None), ROUGH
+        return ahead, ahead.roughly(rough).solved(forecast.place, None), rough
     brief = replace(settings, method="newton", max_iterations=STEPS, acceptable=0.0)
     first = replace(ahead, settings=brief).roughly(FORESEEN).solved(forecast.place, None)
     if first.solution.solved:
         return ahead, first, FORESEEN
-    return rounds, rounds.roughly(ROUGH).solved(rounds.start, None), ROUGH
+    return rounds, rounds.roughly(rough).solved(rounds.start, None), rough
 
 
 def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:

@@ -136,9 +136,8 @@ class InteriorPointRun:
         self.x[:, 0] = self.unit * ratio * slow / self.z[:, 0]
         # p, where it is not p̃
         self.impulse = None if problem.cohesion_stiffness is None else self.x / self.shape
-        # where nothing but springs holds blocks without inertia, they move far beyond the first speeds
-        springs = problem.cohesion_stiffness is not None and bool((problem.rigid_mass <= 0).any())
-        self.delay = 2 if springs else 1
+        # blocks that springs hold, as joints cohere, move far beyond the first speeds
+        self.delay = 1 if problem.cohesion_stiffness is None else 2
         self.factors = 0  # made since the last offer
         self.centred = False  # the last step kept τ
         self.refines = bool(self.system.elastic.any())  # its directions, see ``_left``
@@ -170,10 +169,10 @@ class InteriorPointRun:
         """True where nothing falls any more."""
         # the error alone would not do: τ rises first, to meet the laws of motion; and a gap of 1e-4
         # of the speeds keeps the error where it is until τ is the square of that
-        now, patience = self.track[-1], _PATIENCE
+        now, patience = self.track[-1], _PATIENCE * self.delay
         hopeless = _HOPELESS * self.delay
         if now[0] > _DIGITS:
-            patience *= 3 * self.delay
+            patience *= 3
         errors = [float(state[0]) for state in self.track[1:]]  # its own: the first may be a given state's
         if len(errors) - 1 - int(np.argmin(errors or [now[0]])) >= hopeless:
             return True  # as where loads can just be balanced, and nothing lies inside the cones
@@ -410,8 +409,8 @@ def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
 # ε of the friction term, relative to τ over the first impulse
 _SMOOTHING = 3.0
 # It is stalled where so many steps left more than this share of the error, of τ and of what v̂ misses; three
-# times as many at errors above the third, where the active set is still sought, six where springs hold blocks
-# without inertia
+# times as many at errors above the third, where the active set is still sought; twice as many where joints
+# cohere: with fewer, whether such problems are solved depends on the kernel of BLAS
 _PATIENCE, _SLOW, _DIGITS = 5, 0.7, 1e-3
 # Angle between friction and sliding, over √τ, that asks for a step that mends it
 _PARALLEL = 0.03

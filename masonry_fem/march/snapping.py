@@ -8,8 +8,9 @@ its neighbours follow, and if it does not, it bears more than its strength. The 
 balance, in which a crack has run. Newton's method goes in circles between the two cases, and shorter steps do
 not help. So the two are separated: blocks balance with damage that stays as it is, by tangents that have no
 slope downwards, and damage then grows by the strains there, and stays. Turn by turn cracks run until they
-stop. A turn need not balance, nor its contacts be solved to the end, as the next one goes on from it. Whenever stresses have come nearer to balance
-by half Newton's method is tried from there, which converges once it is near.
+stop. A turn need not balance, nor its contacts be solved to the end, as the next one goes on from it.
+Whenever stresses have come nearer to balance by half Newton's method is tried from there, which converges
+once it is near.
 
 References
 ----------

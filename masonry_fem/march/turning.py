@@ -13,11 +13,11 @@ combinations of where these led, to first order, and the next round is made wher
 comes nearest to itself.
 
 Contacts of a round need to be solved no more exactly than its place is known. Between blocks that deform
-impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH`` or ``FINER``, the others to a share of
-what the last one left of balance, and the last to the tolerance. Stones that yield need rounds anyway: as
-soon as their stresses are near to balance, blocks turn in the same rounds. Where steps of statics are alike,
-the first round is made where the last step leads on to (``forecast``). Where that leads to no end, or nothing
-balances, all rounds are made again to the tolerance, and what these say counts.
+impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH`` (or ``FINER``), the
+others to a share of what the last one left of balance, and the last to the tolerance. Stones that yield need
+rounds anyway: as soon as their stresses are near to balance, blocks turn in the same rounds. Where steps of
+statics are alike, the first round is made where the last step leads on to (``forecast``). Where that leads to
+no end, or nothing balances, all rounds are made again to the tolerance, and what these say counts.
 
 References
 ----------

@@ -34,7 +34,7 @@ logger = logging.getLogger(__name__)
 
 MOST = 1000  # turns
 NEARER = 0.5  # of what stresses have left of balance at most since Newton's method was last tried
-CLOSE = 1e-3  # error of contacts from which the next turn can go on
+CLOSE = 1e-3  # error of contacts at most from which the next turn goes on; one of 1e-5 was met
 STEPS = 30  # of it in the contacts' problem of a round: where they do not do, the balance is not near
 
 

@@ -63,7 +63,7 @@ BETTER = 0.1
 FIRM, SOFTER, MOST_SYSTEMS = 0.1, 0.3, 400
 # What each further rank adds to the speed of one where ranks solve for a group together: two take five sixths
 # of the time for 12 600 contacts, and as long as one for 4 500.
-TOGETHER = 0.2
+GAIN = 0.2
 _NO_TIME = 1e-9  # a limit that is over [s]
 
 
@@ -185,7 +185,7 @@ def _large(sizes: IntArray, ranks: int) -> Mask:
     """
     order = np.argsort(-sizes, kind="stable")
     iterated = int((sizes > CONTACTS).sum())  # others have a factor, which is one rank's
-    speed = 1 + TOGETHER * (ranks - 1)
+    speed = 1 + GAIN * (ranks - 1)
     ends = [
         sizes[order[:count]].sum() / speed + _load(sizes[order[count:]], ranks).max()
         for count in range(iterated + 1)

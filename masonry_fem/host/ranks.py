@@ -22,7 +22,6 @@ import gc
 import importlib.util
 import logging
 import os
-import pickle
 import signal
 import sys
 import time
@@ -71,7 +70,7 @@ class Member:
 
     Attributes
     ----------
-    comm : Communicator of all ranks.
+    comm : Communicator of all ranks. direct : The same, which sends large arrays from where they are.
     kept : What work leaves for further work on this rank, by name.
     spent : By kind of work.
     """
@@ -79,6 +78,10 @@ class Member:
     comm: Any
     kept: dict[str, Any] = field(default_factory=dict)
     spent: dict[str, Spent] = field(default_factory=dict)
+    direct: Any = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.direct = import_module("mpi4py.util.pkl5").Intracomm(self.comm)
 
     @property
     def rank(self) -> int:
@@ -107,6 +110,30 @@ class Member:
             spent.wall += time.monotonic() - wall
             spent.received += received
             spent.times += received > 0
+
+    def send(self, given: Any, rank: int) -> None:
+        """Hand something to another rank, which ``receive``s it.
+
+        Parameters
+        ----------
+        given : Whatever can be pickled. rank : The other one.
+        """
+        with self.on(OUT if self.rank == 0 else IN):
+            self.direct.send(given, rank)
+
+    def receive(self, rank: int) -> Any:
+        """What another rank sends.
+
+        Parameters
+        ----------
+        rank : The other one.
+        """
+        kind, mpi = IN if self.rank == 0 else OUT, import_module("mpi4py.MPI")
+        status = mpi.Status()
+        with self.on(kind):
+            given = self.direct.recv(source=rank, status=status)
+        self.spent[kind].received += status.Get_elements(mpi.BYTE)
+        return given
 
     def meet(self) -> None:
         """Wait until all ranks are here."""
@@ -189,18 +216,13 @@ class Leader(Alone):
         ------
         Exception : What ``together`` has raised.
         """
-        comm = self._member.comm
         self.busy = True
         self._member.meet()
-        with self._member.on(OUT):
-            packed = [pickle.dumps((work, share), protocol=5) for share in shares[1:]]
-            comm.scatter([b"", *packed])
+        for rank, share in enumerate(shares[1:], start=1):
+            self._member.send((work, share), rank)
         made, failure = _done(work, self._member, shares[0])
         self._member.meet()
-        with self._member.on(IN):
-            told = comm.gather(b"")
-        self._member.spent[IN].received += sum(map(len, told))
-        results = [made, *map(pickle.loads, told[1:])]
+        results = [made, *(self._member.receive(rank) for rank in range(1, self.size))]
         self.busy = False
         if failure is not None:
             raise failure
@@ -216,7 +238,8 @@ class Leader(Alone):
         if self.busy:
             _abort(comm, code)
         self._member.meet()
-        comm.scatter([pickle.dumps((None, None))] * self.size)
+        for rank in range(1, self.size):
+            self._member.send((None, None), rank)
         self._member.kept.clear()
 
 
@@ -284,23 +307,19 @@ def _serve(member: Member) -> None:
     warnings.simplefilter("ignore")
     while True:
         member.meet()
-        with member.on(OUT):
-            packed = member.comm.scatter(None)
-        member.spent[OUT].received += len(packed)
-        work, share = pickle.loads(packed)
-        if work is None:
-            member.kept.clear()
-            gc.collect()
-            return
-        del packed
         try:
-            made = pickle.dumps(_done(work, member, share)[0], protocol=5)
+            work, share = member.receive(0)
+            if work is None:
+                break
+            made = _done(work, member, share)[0]
+            del share
+            member.meet()
+            member.send(made, 0)
         except BaseException as error:  # others wait for this rank in the midst of work
             print(f"masonry-fem: rank {member.rank}: {_said(error)}", file=sys.stderr, flush=True)
             _abort(member.comm, 1)
-        member.meet()
-        with member.on(IN):
-            member.comm.gather(made)
+    member.kept.clear()
+    gc.collect()
 
 
 def _abort(comm: Any, code: int) -> None:

@@ -20,41 +20,45 @@ from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
 FloatArray = NDArray[np.float64]
 
 
-def take_share(member: Member, share: Share) -> None:
-    """Make a rank's portion of a problem.
+def take_share(member: Member, given: tuple[int, frozenset[int], Share]) -> None:
+    """Make a rank's portion of a problem, and let go those of problems that are done with.
 
     Parameters
     ----------
-    member : The rank. share : Its part of the problem.
+    member : The rank.
+    given : Number of the problem, those of others that go on, and the rank's part of it.
     """
-    before = member.kept.pop(KEPT, None)
-    if before is not None:
-        before.close()
-    member.kept[KEPT] = Portion(member, share)
+    number, others, share = given
+    portions: dict[int, Portion] = member.kept.setdefault(KEPT, {})
+    for done in sorted(portions.keys() - others):
+        portions.pop(done).close()
+    portions[number] = Portion(member, share)
 
 
-def take_step(member: Member, step: Step) -> None:
+def take_step(member: Member, given: tuple[int, Step]) -> None:
     """Prepare a step.
 
     Parameters
     ----------
-    member : The rank. step : Its part of the step.
+    member : The rank. given : Number of the problem, and the rank's part of the step.
     """
-    member.kept[KEPT].take(*step)
+    number, step = given
+    member.kept[KEPT][number].take(*step)
 
 
 def solve_step(
-    member: Member, share: tuple[FloatArray, FloatArray, FloatArray, int]
+    member: Member, given: tuple[int, tuple[FloatArray, FloatArray, FloatArray, int]]
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended.
 
     Parameters
     ----------
     member : The rank.
-    share : Right-hand sides of its contacts (c, d) and bodies (b, m); w of contacts that are unknowns, 0 of
-        others, (c,); iterations at most.
+    given : Number of the problem; right-hand sides of the rank's contacts (c, d) and bodies (b, m), w of
+        contacts that are unknowns, 0 of others, (c,), and iterations at most.
     """
-    solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT].solve(*share)
+    number, sides = given
+    solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT][number].solve(*sides)
     return solved
 
 

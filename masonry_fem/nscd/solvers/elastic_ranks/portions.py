@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count as numbers
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +39,7 @@ Mask = NDArray[np.bool_]
 # much then, solutions a third more. What fewer cost was not measured.
 TOGETHER = 1_000
 PARTS = "elastic_ranks' parts"  # name of what the leader keeps: ranks of bodies
+_NUMBERS = numbers()  # of problems in parts, for ranks to know them by
 
 
 def parted(
@@ -78,6 +80,7 @@ class Portions:
         library: Library,
         team: Leader,
     ) -> None:
+        self.number = next(_NUMBERS)
         self.problem, self.scale, self.team = problem, scale, team
         self.library = None if problem.body_count >= TOGETHER else library
         self.part, self.body_order = self._bodies_parted(body_matrix)
@@ -205,16 +208,17 @@ class _Solver:
 
     def prepared(self) -> None:
         """See to it that ranks have this step."""
-        portions, team = self.whole, self.whole.team
-        problem, step = (known() for known in team.held.get(KEPT, (_nothing, _nothing)))
-        if step is self:
-            return
-        team.held.pop(KEPT, None)
-        if problem is not portions:
-            team.call(take_share, portions.shares)
-            team.held[KEPT] = weakref.ref(portions), _nothing
-        team.call(take_step, self.steps)
-        team.held[KEPT] = weakref.ref(portions), weakref.ref(self)
+        whole, team = self.whole, self.whole.team
+        # steps that ranks have, by problems: parts of one come between its steps
+        steps = team.held.setdefault(KEPT, weakref.WeakKeyDictionary())
+        if whole not in steps:
+            others = frozenset(portions.number for portions in steps)
+            team.call(take_share, [(whole.number, others, share) for share in whole.shares])
+            steps[whole] = _nothing
+        if steps[whole]() is not self:
+            steps[whole] = _nothing
+            team.call(take_step, [(whole.number, step) for step in self.steps])
+            steps[whole] = weakref.ref(self)
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
         """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``.
@@ -231,9 +235,9 @@ class _Solver:
         force[kept] = rhs[:size].reshape(-1, d)
         scale = np.zeros(problem.count)
         scale[kept] = portions.scale[kept]
-        balance = rhs[size:].reshape(problem.body_count, -1)
+        balance, most = rhs[size:].reshape(problem.body_count, -1), most_iterations(len(kept))
         shares = [
-            (force[own], balance[portions.part == rank], scale[own], most_iterations(len(kept)))
+            (portions.number, (force[own], balance[portions.part == rank], scale[own], most))
             for rank, own in enumerate(portions.contacts)
         ]
         results = portions.team.call(solve_step, shares)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from masonry_fem.nscd.mumps import Mumps
     from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix
+    from masonry_fem.nscd.solvers.elastic_ranks.division import Division
     from masonry_fem.nscd.solvers.newton_system import NewtonFactor
 
 
@@ -31,13 +32,15 @@ class Structure:
     factor : The last factor of such a matrix.
     factored : An iteration in place of a factor took too long: there are factors only from then on.
     bodies : The last matrix of bodies with modes, and its factor's order of elimination.
+    division : Contacts and bodies as they were dealt to ranks.
     """
 
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
     factored: bool = False
     bodies: tuple[sparse.csr_array, Mumps] | None = None
+    division: Division | None = None
 
     def empty(self) -> None:
         """Keep no matrices: they are as large as all that is known of the contacts."""
-        self.matrix = self.factor = self.bodies = None
+        self.matrix = self.factor = self.bodies = self.division = None

@@ -15,10 +15,10 @@ whole, how, last = portion.Portion, sys.argv[1], os.environ["PMI_RANK"] == "1"
 class Failing(whole):
     singular = how == "singular"  # once
 
-    def _coupled(self):
+    def _coupled(self, problem):
         if last and how == "agreed":
             raise GeometryError("block 'wall.c1.b1' is not there")
-        return super()._coupled()
+        return super()._coupled(problem)
 
     def solve(self, *given):
         if last and how == "alone":

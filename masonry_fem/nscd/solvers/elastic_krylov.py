@@ -242,7 +242,7 @@ class Rows:
     maps : B by contact and side, shape (c, 2, d, m).
     interfaces : The contacts, interface by interface.
     seams : Those that are strongly coupled beyond.
-    before : Those of a step before: where nothing has changed they are kept.
+    before : Those of a step before, at the same contacts: where nothing has changed they are kept.
     """
 
     def __init__(
@@ -255,7 +255,7 @@ class Rows:
         before: Rows | None = None,
     ) -> None:
         closed, d = values.closed, maps.shape[2]
-        self.values, self.bodies = values, bodies
+        self.values, self.bodies, self._interfaces = values, bodies, interfaces
         self.groups, self.seams = interfaces.groups, seams.groups
         self.maps = np.where(closed[:, None, None, None], maps, 0.0)
         self.own = np.where(closed[:, None, None], values.own, np.eye(d))
@@ -265,7 +265,9 @@ class Rows:
         self._joins: list[tuple[IntArray, IntArray]] = (
             [bodies_of(bodies, group) for group in self.groups] if before is None else before._joins
         )
-        changed = np.ones_like(closed) if before is None else values.changed(before.values)
+        changed = np.ones_like(closed)
+        if before is not None and before._interfaces is interfaces:
+            changed = values.changed(before.values)
         self.solved: list[Solved] = []
         for number, (group, W) in enumerate(zip(self.groups, interfaces.coupling, strict=True)):
             other = changed[group].any(axis=1)

@@ -85,7 +85,7 @@ class NewtonSystem:
     def interfaces(self) -> Interfaces | Portions:
         """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
         library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
-        several = parted(self.problem, self.elastic, self.scale, self.body_matrix, library)
+        several = parted(self.problem, self.elastic, self.scale, self.body_matrix, library, self.structure)
         return Interfaces(self.problem, self.elastic, self.scale) if several is None else several
 
     @cached_property

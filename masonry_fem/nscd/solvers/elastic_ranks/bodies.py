@@ -36,14 +36,14 @@ class BodiesOfEach:
     Parameters
     ----------
     member : The rank.
-    share : Its part of the problem.
+    share : Its part of the contacts.
     """
 
     def __init__(self, member: Member, share: Share) -> None:
         assert share.library is not None
         self._member, self._places, self._own = member, share.places, share.own
         self._library: Library = share.library
-        self._width = share.maps.shape[3]
+        self._width = share.width
         everywhere = member.comm.allgather(blocks_at(share))
         rows, columns = (np.concatenate(parts) for parts in zip(*everywhere, strict=True))
         self._counts = [self._width**2 * len(part) for part, _ in everywhere]  # numbers of each rank
@@ -103,11 +103,11 @@ class BodiesTogether:
     Parameters
     ----------
     member : The rank.
-    share : Its part of the problem.
+    share : Its part of the contacts.
     """
 
     def __init__(self, member: Member, share: Share) -> None:
-        library, m = petsc(), share.maps.shape[3]
+        library, m = petsc(), share.width
         self._member, self._own = member, share.own
         self._exchange = Exchange(member, share.places, share.own, m)
         self._matrix = library.Mat().createAIJ(((share.own * m, None),) * 2, comm=member.comm)

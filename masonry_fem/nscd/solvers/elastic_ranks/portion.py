@@ -15,18 +15,18 @@ from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
-from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
+from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Given, Share, Step
 
 FloatArray = NDArray[np.float64]
 
 
 def take_share(member: Member, given: tuple[int, frozenset[int], Share]) -> None:
-    """Make a rank's portion of a problem, and let go those of problems that are done with.
+    """Make a rank's portion of some contacts, and let go those that are done with.
 
     Parameters
     ----------
     member : The rank.
-    given : Number of the problem, those of others that go on, and the rank's part of it.
+    given : Number of the contacts, those of others that are still met, and the rank's part of them.
     """
     number, others, share = given
     portions: dict[int, Portion] = member.kept.setdefault(KEPT, {})
@@ -35,12 +35,23 @@ def take_share(member: Member, given: tuple[int, frozenset[int], Share]) -> None
     portions[number] = Portion(member, share)
 
 
+def take_problem(member: Member, given: tuple[int, Given]) -> None:
+    """Prepare a problem.
+
+    Parameters
+    ----------
+    member : The rank. given : Number of its contacts, and the rank's part of the problem.
+    """
+    number, problem = given
+    member.kept[KEPT][number].begin(problem)
+
+
 def take_step(member: Member, given: tuple[int, Step]) -> None:
     """Prepare a step.
 
     Parameters
     ----------
-    member : The rank. given : Number of the problem, and the rank's part of the step.
+    member : The rank. given : Number of the contacts, and the rank's part of the step.
     """
     number, step = given
     member.kept[KEPT][number].take(*step)
@@ -54,7 +65,7 @@ def solve_step(
     Parameters
     ----------
     member : The rank.
-    given : Number of the problem; right-hand sides of the rank's contacts (c, d) and bodies (b, m), w of
+    given : Number of the contacts; right-hand sides of the rank's contacts (c, d) and bodies (b, m), w of
         contacts that are unknowns, 0 of others, (c,), and iterations at most.
     """
     number, sides = given
@@ -63,20 +74,20 @@ def solve_step(
 
 
 class Portion:
-    """What a rank has of a problem, and of a step.
+    """What a rank has of some contacts, of a problem of theirs, and of a step.
 
     Parameters
     ----------
     member : The rank.
-    share : Its part of the problem.
+    share : Its part of the contacts.
     """
 
     def __init__(self, member: Member, share: Share) -> None:
         keep()  # each step makes arrays of a hundred megabytes
         self.member, self.share = member, share
         self.operator: Shared | None = None
+        self.interfaces, self.seams, self.maps = Sets([], []), Sets([], []), np.zeros(0)
         self._last: Rows | None = None
-        self.interfaces, self.seams = member.together(self._coupled)
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
 
@@ -91,17 +102,24 @@ class Portion:
         self.contacts.destroy()
         self.bodies.destroy()
 
-    def _coupled(self) -> tuple[Sets, Sets]:
+    def begin(self, problem: Given) -> None:
+        """Prepare a problem."""
+        self.interfaces, self.seams = self.member.together(lambda: self._coupled(problem))
+        self.maps = problem.maps
+
+    def _coupled(self, problem: Given) -> tuple[Sets, Sets]:
         """Interfaces and seams of the rank's own contacts; and the operator of its own stones."""
         share = self.share
         t, d = len(share.contacts), share.dimension
-        bed = None if share.bed is None else np.concatenate([share.bed, np.zeros((t - share.count, d))])
-        whole = Shared(t, d, [kind for kind, _ in share.kinds], bed=bed)
-        own = [kind.some(some) for kind, some in share.kinds if some.any()]
+        bed = None if problem.bed is None else np.concatenate([problem.bed, np.zeros((t - share.count, d))])
+        whole = Shared(t, d, problem.kinds, bed=bed)
+        own = [kind.some(some) for kind, some in zip(problem.kinds, share.stones, strict=True) if some.any()]
         self.operator = Shared(t, d, own, bed=bed) if own else None
         with self.member.on("interfaces"):
             mine = whole.only(np.arange(share.count))
-            return Sets.of(mine, share.groups), Sets.at_seams(mine, share.groups)
+            if self._last is None:
+                return Sets.of(mine, share.groups), Sets.at_seams(mine, share.groups)
+            return Sets.of(mine, share.groups), Sets.of(mine, self.seams.groups)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""
@@ -114,7 +132,7 @@ class Portion:
 
     def _prepared(self, values: Values) -> list[FloatArray]:
         share = self.share
-        self._last = Rows(values, share.bodies, share.maps, self.interfaces, self.seams, self._last)
+        self._last = Rows(values, share.bodies, self.maps, self.interfaces, self.seams, self._last)
         return [given for _, given in self._last.eliminated()]
 
     def solve(

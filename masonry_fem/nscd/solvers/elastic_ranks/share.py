@@ -1,8 +1,9 @@
-"""Share: what the leader hands out to a rank, of a problem and of a step."""
+"""Share: what the leader hands out to a rank, of contacts, of a problem and of a step."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,34 +21,47 @@ KEPT = "elastic_ranks"  # name of what ranks keep
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """What a rank has of a problem.
+    """What a rank has of contacts and bodies, whatever the problem.
 
     Attributes
     ----------
-    dimension : d. count : Contacts that are its own; those that its stones touch beside them follow these.
+    dimension : d. width : Velocities of a body, m.
+    count : Contacts that are its own; those that its stones touch beside them follow these.
     contacts : Where its contacts stand among those of all ranks, shape (t,).
-    kinds : Stones of which some contact is its own, and which of them are its own, (n,).
-    bed : Of its own contacts, shape (c, d); None: none.
+    stones : By kind, which of the stones of which some contact is its own are its own, shape (n,).
     groups : Its interfaces, by their own contacts.
     bodies : Of its own contacts, numbered as in ``places``, shape (c, 2).
     places : Where its bodies stand among those of all ranks, shape (b,); the first ``own`` are its own.
-    maps : B of its own contacts, shape (c, 2, d, m).
     coupled : Block rows and columns that it adds to the bodies' matrix beside its interfaces' ones, (2, k).
     library : By which it factorises the bodies' matrix; None: all ranks do so together.
     """
 
     dimension: int
+    width: int
     count: int
     contacts: IntArray
-    kinds: tuple[tuple[Kinds, Mask], ...]
-    bed: FloatArray | None
+    stones: tuple[Mask, ...]
     groups: list[IntArray]
     bodies: IntArray
     places: IntArray
     own: int
-    maps: FloatArray
     coupled: IntArray
     library: Library | None
+
+
+class Given(NamedTuple):
+    """What a rank has of a problem of these contacts.
+
+    Attributes
+    ----------
+    kinds : Stones of which some contact is its own, kind by kind.
+    bed : Of its own contacts, shape (c, d); None: none.
+    maps : B of its own contacts, shape (c, 2, d, m).
+    """
+
+    kinds: tuple[Kinds, ...]
+    bed: FloatArray | None
+    maps: FloatArray
 
 
 Step = tuple[Values, FloatArray]  # at a rank's own contacts, and blocks that it adds to the bodies' matrix

@@ -1,0 +1,207 @@
+"""Division: contacts and bodies dealt to ranks, as the leader knows it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count as numbers
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.host.ranks import Leader, Member
+from masonry_fem.nscd.compliance import Kinds, Shared
+from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.mumps import petsc
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size
+from masonry_fem.nscd.solvers.elastic_ranks.share import Share
+
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+# Bodies from which all ranks factorise their matrix together: factors of 1640 cost each of two ranks half as
+# much then, solutions a third more. What fewer cost was not measured.
+TOGETHER = 1_000
+_NUMBERS = numbers()  # of divisions, for ranks to know them by
+
+
+class Division:
+    """Contacts and bodies dealt to ranks, for all problems of the same contacts.
+
+    Parameters
+    ----------
+    problem : One of them, whose operator is ``Shared``.
+    elastic : Contacts that have compliance, shape (c,).
+    body_matrix : Pattern of the bodies' matrix.
+    library : By which a rank factorises it.
+    team : The ranks.
+
+    Attributes
+    ----------
+    number : By which ranks know it.
+    part, body_order : Rank of each body, (b,), and bodies rank after rank, (b,).
+    contacts : Of each rank its elastic ones.
+    coupled : Blocks of the bodies' matrix that the leader adds: mass, and what rigid joints leave.
+    shares : What each rank is given of it.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        elastic: Mask,
+        body_matrix: BodyMatrix,
+        library: Library,
+        team: Leader,
+    ) -> None:
+        assert isinstance(problem.operator, Shared)
+        self.number, self._size = next(_NUMBERS), team.size
+        self._sides, self._elastic = problem.bodies, elastic
+        self._stones = [kind.contacts for kind in problem.operator.kinds]
+        self._library = None if problem.body_count >= TOGETHER else library
+        self.part = _parted(body_matrix, team)
+        self.body_order = np.argsort(self.part, kind="stable")
+        groups = interfaces_by_size(problem, elastic)
+        self._owner = self._owners(groups)
+        self.contacts = [np.flatnonzero(self._owner == rank) for rank in range(team.size)]
+        slots = body_matrix.slots[~elastic]
+        self.coupled = np.union1d(body_matrix.diagonal, slots[slots >= 0])
+        self._held: list[list[tuple[Mask, IntArray]]] = []  # by rank and kind: stones, and their contacts
+        self.shares = self._shares(groups, body_matrix, problem.dimension)
+
+    def serves(self, problem: ContactProblem, elastic: Mask) -> bool:
+        """Whether a problem has the contacts and bodies that were dealt out.
+
+        Parameters
+        ----------
+        problem : Whose operator is ``Shared``. elastic : Contacts that have compliance, shape (c,).
+        """
+        operator = problem.operator
+        assert isinstance(operator, Shared)
+        stones = [kind.contacts for kind in operator.kinds]
+        return (
+            problem.body_count == len(self.part)
+            and np.array_equal(problem.bodies, self._sides)
+            and np.array_equal(elastic, self._elastic)
+            and len(stones) == len(self._stones)
+            and all(map(np.array_equal, stones, self._stones))
+        )
+
+    def kinds(self, operator: Shared, rank: int) -> tuple[Kinds, ...]:
+        """Stones of which a rank has some contact, with its numbers of contacts.
+
+        Parameters
+        ----------
+        operator : W_el of all contacts. rank : The rank.
+        """
+        return tuple(
+            replace(kind.some(some), contacts=contacts).bare()
+            for kind, (some, contacts) in zip(operator.kinds, self._held[rank], strict=True)
+            if len(contacts)
+        )
+
+    def _owners(self, groups: list[IntArray]) -> IntArray:
+        """Rank of each elastic contact, −1 for others, (c,): whole interfaces are of one body's rank."""
+        pair = np.sort(self._sides, axis=1)
+        # one or the other, so that parts have as many
+        chosen = np.where((pair.sum(axis=1) % 2 == 0) & (pair[:, 0] >= 0), pair[:, 0], pair[:, 1])
+        rank = np.where(chosen >= 0, self.part[chosen], 0)
+        owner = np.full(len(self._sides), -1)
+        for group in groups:
+            owner[group] = rank[group[:, :1]]
+        return owner
+
+    def _shares(self, groups: list[IntArray], body_matrix: BodyMatrix, dimension: int) -> list[Share]:
+        """What each rank is given."""
+        count = len(self._sides)
+        at = np.full(count + 1, -1)  # contacts rank after rank; the last is nobody's
+        at[np.concatenate(self.contacts)] = np.arange(sum(map(len, self.contacts)))
+        body_at = np.empty(len(self.part), dtype=np.int64)
+        body_at[self.body_order] = np.arange(len(self.part))
+        owner = np.append(self._owner, -1)
+        ranks = [_ranks_of_stones(owner[contacts], self._size) for contacts in self._stones]
+        rows = np.repeat(np.arange(body_matrix.count), np.diff(body_matrix.pointer))
+        coupled = np.stack([body_at[rows], body_at[body_matrix.indices]])[:, self.coupled]
+        made = []
+        for rank in range(self._size):
+            own = self.contacts[rank]
+            touched = [contacts[of == rank].ravel() for contacts, of in zip(self._stones, ranks, strict=True)]
+            beside = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *touched]))
+            beside = beside[(beside >= 0) & (owner[beside] != rank)]
+            local = np.concatenate([own, beside])
+            place = np.full(count + 1, -1)
+            place[local] = np.arange(len(local))
+            stones = []
+            for contacts, of in zip(self._stones, ranks, strict=True):
+                some = (of == rank) | (owner[contacts] == rank).any(axis=1)
+                stones.append((some, place[contacts[some]]))
+            self._held.append(stones)
+            parts = [place[group[owner[group[:, 0]] == rank]] for group in groups]
+            sides = self._sides[own]
+            its = np.flatnonzero(self.part == rank)
+            others = np.setdiff1d(sides[sides >= 0], its)
+            bodies = np.concatenate([its, others])
+            number = np.full(len(self.part) + 1, -1)
+            number[bodies] = np.arange(len(bodies))
+            made.append(
+                Share(
+                    dimension=dimension,
+                    width=body_matrix.size,
+                    count=len(own),
+                    contacts=at[local],
+                    stones=tuple(
+                        of[some] == rank for of, (some, _) in zip(ranks, stones, strict=True) if some.any()
+                    ),
+                    groups=[part for part in parts if len(part)],
+                    bodies=number[sides],
+                    places=body_at[bodies],
+                    own=len(its),
+                    coupled=coupled if rank == 0 else coupled[:, :0],
+                    library=self._library,
+                )
+            )
+        return made
+
+
+def _parted(body_matrix: BodyMatrix, team: Leader) -> IntArray:
+    """Rank of each body, (b,)."""
+    count = body_matrix.count
+    rows = np.repeat(np.arange(count), np.diff(body_matrix.pointer))
+    joined = rows != body_matrix.indices
+    edges = np.stack([rows[joined], body_matrix.indices[joined]])
+    first = np.linspace(0, count, team.size + 1).astype(np.int64)
+    bounds = np.searchsorted(edges[0], first)
+    shares = [
+        (first[rank : rank + 2] - first[rank], count, edges[:, low:high])
+        for rank, (low, high) in enumerate(pairwise(bounds))
+    ]
+    return np.concatenate(team.call(_partition, shares))
+
+
+def _ranks_of_stones(owners: IntArray, size: int) -> IntArray:
+    """Ranks that own most contacts of each stone, (n,), from their owners, −1 for none, (n, s)."""
+    n = len(owners)
+    key = np.where(owners >= 0, np.arange(n)[:, None] * size + owners, n * size)
+    counted = np.bincount(key.ravel(), minlength=n * size + 1)[:-1].reshape(n, size)
+    return counted.argmax(axis=1)
+
+
+def _partition(member: Member, share: tuple[IntArray, int, IntArray]) -> IntArray:
+    """Ranks of some bodies, (n,), by PT-Scotch, from where they begin and end, and their edges (2, k)."""
+    library = petsc()
+    bounds, count, edges = share
+    own = int(bounds[1])
+    graph = library.Mat().createAIJ(((own, count), (own, count)), comm=member.comm)
+    places = edges.astype(library.IntType)
+    graph.setPreallocationCOO(places[0], places[1])
+    graph.setValuesCOO(np.ones(places.shape[1]))
+    parter = library.MatPartitioning().create(member.comm)
+    parter.setAdjacency(graph)
+    parter.setType(library.MatPartitioning.Type.PARTITIONINGPTSCOTCH)
+    found = library.IS()
+    parter.apply(found)
+    part: IntArray = found.getIndices().astype(np.int64)
+    for made in (found, parter, graph):
+        made.destroy()
+    return part

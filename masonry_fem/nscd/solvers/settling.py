@@ -112,7 +112,8 @@ class Settling:
         aim = Aim(self.held, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
-        for group, found in zip(groups, _rested(groups, aim, until), strict=True):
+        works = [aim.work(group, residual[group.contacts]) for group in groups]
+        for group, found in zip(groups, _rested(groups, works, aim, until), strict=True):
             self.linear_solves += found.linear_solves
             impulse[group.contacts], rigid_velocity[group.bodies] = found.impulse, found.rigid_velocity
             settled = settled or found.settled
@@ -142,6 +143,17 @@ class Aim:
         wanted = np.clip(SHARE * error, min(FINEST, FINER * least), COARSEST)
         return float(wanted), float(np.clip(ENOUGH * error, min(ACCEPTABLE, LEAST * least), ENOUGH))
 
+    def work(self, part: Part, residual: FloatArray) -> float:
+        """What a part is taken to cost: it grows with its contacts, and with the decades that it has to go.
+
+        Parameters
+        ----------
+        part : The part. residual : At each of its contacts, shape (k, d).
+        """
+        wanted = self.errors(part)[0] * float(np.linalg.norm(part.impulse))
+        left = float(np.linalg.norm(residual)) / wanted if wanted > 0 else 1.0
+        return part.problem.count * (1.0 + float(np.log10(max(left, 1.0))))
+
 
 class Rested(NamedTuple):
     """A group's state, (k, d) and (n, m), whether some of it came to rest, and the linear systems it took."""
@@ -152,14 +164,15 @@ class Rested(NamedTuple):
     linear_solves: int
 
 
-def _rested(groups: Sequence[Part], aim: Aim, until: float | None) -> list[Rested]:
+def _rested(groups: Sequence[Part], works: Sequence[float], aim: Aim, until: float | None) -> list[Rested]:
     """The states of parts that have nothing to do with each other.
 
     Several ranks share them: large ones are solved for by all together.
 
     Parameters
     ----------
-    groups : The parts. aim : What is asked of them. until : As for ``Settling.settle``.
+    groups : The parts. works : What each is taken to cost.
+    aim : What is asked of them. until : As for ``Settling.settle``.
     """
     leader = team()
     if not isinstance(leader, Leader):
@@ -168,7 +181,7 @@ def _rested(groups: Sequence[Part], aim: Aim, until: float | None) -> list[Reste
     large = _large(sizes, leader.size)
     found = {number: _in_turn(groups[number], aim, until) for number in np.flatnonzero(large).tolist()}
     others = np.flatnonzero(~large)
-    its = [others[own].tolist() for own in _dealt(sizes[others], leader.size)]
+    its = [others[own].tolist() for own in _dealt(np.array(works)[others], leader.size)]
     shares = [([groups[number] for number in own], aim, _left(until)) for own in its]
     if len(others):
         for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
@@ -195,7 +208,7 @@ def _large(sizes: IntArray, ranks: int) -> Mask:
     return large
 
 
-def _dealt(sizes: IntArray, ranks: int) -> list[list[int]]:
+def _dealt(sizes: IntArray | FloatArray, ranks: int) -> list[list[int]]:
     """What each rank does of work of some sizes: the largest first, each for the one that has least."""
     its: list[list[int]] = [[] for _ in range(ranks)]
     load = np.zeros(ranks)

@@ -442,14 +442,23 @@ class NewtonRun:
             if point.residual <= (1 - 1e-4 * length) * bound:
                 break
             length *= 0.5
-            point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion)
+            moved = here.moved + length * (full.moved - here.moved)  # which spares a product with W_el
+            point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion, moved)
         holds = self.error > _SLIPS and self.problem.cohesion_stiffness is None
         self.jammed = length < _JAMMED and self.system.many and holds
         return point
 
-    def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
+    def _look(
+        self,
+        impulse: FloatArray,
+        rigid_velocity: FloatArray,
+        moved: FloatArray | None = None,
+        *,
+        bonded: bool = False,
+    ) -> _Point:
+        """A state as the round sees it; ``moved`` is its v, where that is known."""
         problem, now = self.problem, self.round
-        moved = self._velocity(impulse, rigid_velocity)
+        moved = self._velocity(impulse, rigid_velocity) if moved is None else moved
         if self.seen is not None and not bonded:
             where, point = self.seen
             if where is now and point.moved is moved:

@@ -15,10 +15,10 @@ whole, how, last = portion.Portion, sys.argv[1], os.environ["PMI_RANK"] == "1"
 class Failing(whole):
     singular = how == "singular"  # once
 
-    def _coupled(self, problem):
+    def _begun(self, problem):
         if last and how == "agreed":
             raise GeometryError("block 'wall.c1.b1' is not there")
-        return super()._coupled(problem)
+        return super()._begun(problem)
 
     def solve(self, *given):
         if last and how == "alone":

@@ -62,6 +62,7 @@ SHARE = 0.75
 # Iterations after which they have failed: walls take 10 to 20; façades that hang together by a few lintels a
 # hundred and more.
 ITERATIONS = 50
+AT_ONCE = 2**20  # entries of matrices that are made at a time: few enough to stay in a processor's caches
 # Contacts up to which a factor takes over then. Beyond, a step is taken as it is after fewer iterations, and
 # the line search judges it: where stones lie loosely it becomes too short, and fifty leave no less to do than
 # twenty.
@@ -222,14 +223,10 @@ class Solved(NamedTuple):
     followed: FloatArray
     given: FloatArray
 
-    def renewed(self, changed: Mask, new: Solved) -> Solved:
-        """The same with some interfaces' own in place of what they had."""
-        if changed.all():
-            return new
-        parts = Solved(*(part.copy() for part in self))
-        for part, other in zip(parts, new, strict=True):
-            part[changed] = other
-        return parts
+    @classmethod
+    def room(cls, n: int, k: int, b: int, d: int, m: int) -> Self:
+        """Arrays that nothing is in yet, with d and m numbers of a contact and a body."""
+        return cls(np.empty((n, k * d, k * d)), np.empty((n, k * d, b * m)), np.empty((n, b, b, m, m)))
 
 
 class Rows:
@@ -237,77 +234,93 @@ class Rows:
 
     Parameters
     ----------
-    values : Of the step.
     bodies : On their two sides, shape (c, 2).
     maps : B by contact and side, shape (c, 2, d, m).
     interfaces : The contacts, interface by interface.
     seams : Those that are strongly coupled beyond.
-    before : Those of a step before, at the same contacts: where nothing has changed they are kept.
+    before : Those of a problem of the same contacts that is done with: its room is used again.
+
+    Attributes
+    ----------
+    values : Of the step whose rows these are; None: of none.
     """
 
     def __init__(
-        self,
-        values: Values,
-        bodies: IntArray,
-        maps: FloatArray,
-        interfaces: Sets,
-        seams: Sets,
-        before: Rows | None = None,
+        self, bodies: IntArray, maps: FloatArray, interfaces: Sets, seams: Sets, before: Rows | None = None
     ) -> None:
-        closed, d = values.closed, maps.shape[2]
-        self.values, self.bodies, self._interfaces = values, bodies, interfaces
+        c, _, d, m = maps.shape
+        self.values: Values | None = None
+        self.bodies, self._maps = bodies, maps
         self.groups, self.seams = interfaces.groups, seams.groups
-        self.maps = np.where(closed[:, None, None, None], maps, 0.0)
-        self.own = np.where(closed[:, None, None], values.own, np.eye(d))
-        self._interface: IntArray = (
-            numbered(self.groups, len(closed)) if before is None else before._interface
-        )
+        self._coupling = interfaces.coupling, seams.coupling
+        self._interface: IntArray = numbered(self.groups, c) if before is None else before._interface
         self._joins: list[tuple[IntArray, IntArray]] = (
             [bodies_of(bodies, group) for group in self.groups] if before is None else before._joins
         )
-        changed = np.ones_like(closed)
-        if before is not None and before._interfaces is interfaces:
-            changed = values.changed(before.values)
-        self.solved: list[Solved] = []
-        for number, (group, W) in enumerate(zip(self.groups, interfaces.coupling, strict=True)):
-            other = changed[group].any(axis=1)
-            slots = self._joins[number][1][other]
-            inverse = self._inverse(np.flatnonzero(other), group, W, self._interface)
-            made = self._made(group[other], inverse, slots, self._joins[number][0].shape[1])
-            self.solved.append(made if before is None else before.solved[number].renewed(other, made))
-        self.joined: list[FloatArray] = []
-        for number, (group, W) in enumerate(zip(self.seams, seams.coupling, strict=True)):
-            other = changed[group].any(axis=1)
-            whole = np.empty_like(W) if before is None else before.joined[number].copy()
-            whole[other] = self._joined(np.flatnonzero(other), group, W)
-            self.joined.append(whole)
+        self.solved: list[Solved] = (
+            [
+                Solved.room(group.shape[0], group.shape[1], joined.shape[1], d, m)
+                for group, (joined, _) in zip(self.groups, self._joins, strict=True)
+            ]
+            if before is None
+            else before.solved
+        )
+        self.joined: list[FloatArray] = (
+            [np.empty_like(W) for W in seams.coupling] if before is None else before.joined
+        )
+        self.maps: FloatArray = np.empty_like(maps) if before is None else before.maps
+        self.own: FloatArray = np.empty((c, d, d)) if before is None else before.own
 
-    def _joined(self, chosen: IntArray, group: IntArray, coupling: FloatArray) -> FloatArray:
-        """What solving for seams together gives beyond what interfaces do, shape (n, k d, k d)."""
-        together = self._inverse(chosen, group, coupling, np.zeros_like(self._interface))
-        return together - SHARE * self._inverse(chosen, group, coupling, self._interface)
+    def take(self, values: Values) -> None:
+        """Become the rows of a step, made anew where it has other values than the last.
 
-    def _inverse(
-        self, chosen: IntArray, group: IntArray, coupling: FloatArray, set_of: IntArray
-    ) -> FloatArray:
-        """(A + Bc W_el)⁻¹ of chosen sets, as ``coupled`` takes them, shape (n, k d, k d)."""
-        values = self.values
+        Parameters
+        ----------
+        values : Of the step.
+        """
+        before, self.values = self.values, None  # should this fail, nothing is known
+        closed = values.closed
+        changed = np.ones_like(closed) if before is None else values.changed(before)
+        some = np.flatnonzero(changed)
+        self.maps[some] = np.where(closed[some, None, None, None], self._maps[some], 0.0)
+        self.own[some] = np.where(closed[some, None, None], values.own[some], np.eye(self.own.shape[1]))
         by_velocity = values.by_velocity / values.unit
-        made = coupled(chosen, group, set_of, coupling, self.own, by_velocity, values.closed)
-        inverse: FloatArray = np.linalg.inv(made)
-        return inverse
+        interfaces, seams = self._coupling
+        for solved, join, group, W in zip(self.solved, self._joins, self.groups, interfaces, strict=True):
+            for chosen in _in_turn(changed[group].any(axis=1), W):
+                made = coupled(chosen, group, self._interface, W, self.own, by_velocity, closed)
+                self._solve(solved, chosen, np.linalg.inv(made), values, group[chosen], join[1][chosen])
+        together = np.zeros_like(self._interface)
+        for joined, group, W in zip(self.joined, self.seams, seams, strict=True):
+            for chosen in _in_turn(changed[group].any(axis=1), W):
+                at_once, apart = (
+                    coupled(chosen, group, sets, W, self.own, by_velocity, closed)
+                    for sets in (together, self._interface)
+                )
+                joined[chosen] = np.linalg.inv(at_once) - SHARE * np.linalg.inv(apart)
+        self.values = values
 
-    def _made(self, group: IntArray, inverse: FloatArray, slots: IntArray, count: int) -> Solved:
-        (n, k), (d, m) = group.shape, self.maps.shape[2:]
+    def _solve(
+        self,
+        solved: Solved,
+        chosen: IntArray,
+        inverse: FloatArray,
+        values: Values,
+        group: IntArray,
+        slots: IntArray,
+    ) -> None:
+        """Put down what solving for some interfaces takes, from their inverses and the bodies' places."""
+        (n, k), (d, m), count = group.shape, self.maps.shape[2:], solved.given.shape[1]
         whole, given = np.zeros((n, k, d, count, m)), self.maps[group]
         row, column = np.arange(n)[:, None], np.arange(k)
         for side in range(2):
             whole[row, column, :, slots[:, :, side]] = given[:, :, side]
         maps = whole.reshape(n, k, d, count * m)
-        pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, count * m)
+        pushed = (values.by_velocity[group] @ maps).reshape(n, k * d, count * m)
         followed = inverse @ pushed
         left = maps.reshape(n, k * d, count * m).transpose(0, 2, 1) @ followed
-        return Solved(inverse, followed, left.reshape(n, count, m, count, m).swapaxes(2, 3))
+        solved.inverse[chosen], solved.followed[chosen] = inverse, followed
+        solved.given[chosen] = left.reshape(n, count, m, count, m).swapaxes(2, 3)
 
     def eliminated(self) -> Iterator[tuple[IntArray, FloatArray]]:
         """For each number of contacts the bodies of its sets, (n, b), and what solving for all leaves there.
@@ -345,10 +358,20 @@ class Rows:
     def product(self, x: FloatArray, given: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows times x and U, where x at closed contacts makes velocities ``given``, shape (c, d)."""
         values = self.values
+        assert values is not None
         product: FloatArray = rows_product(
             values.by_velocity, self.own, values.unit, np.ascontiguousarray(given), self.moved(motion), x
         )
         return product
+
+
+def _in_turn(chosen: Mask, coupling: FloatArray) -> Iterator[IntArray]:
+    """Numbers of chosen sets (n,), some at a time: what is made of each of them is as large as its W_el."""
+    numbers, some = (
+        np.flatnonzero(chosen),
+        max(1, AT_ONCE // max(1, coupling[0].size if len(coupling) else 1)),
+    )
+    return (numbers[first : first + some] for first in range(0, len(numbers), some))
 
 
 class Interfaces:
@@ -391,8 +414,8 @@ class Interfaces:
         body_matrix : Pattern of the bodies' matrix, and B by contact and side.
         factorised : Makes the factor of a matrix of bodies.
         """
-        values, maps = Values.at(terms, slice(None)), body_matrix.maps
-        self.rows = Rows(values, self.problem.bodies, maps, self.of_bodies, self.seams, self.rows)
+        if self.rows is None:
+            self.rows = Rows(self.problem.bodies, body_matrix.maps, self.of_bodies, self.seams)
         return Preconditioned(self.problem, self.rows, self.scale, terms, kept, body_matrix, factorised)
 
 
@@ -417,7 +440,8 @@ class Preconditioned:
         factorised: Callable[[sparse.bsr_array], Factorised],
     ) -> None:
         self.problem, self.rows, self.scale = problem, rows, scale
-        self.closed, self.kept = terms.closed, kept
+        self.values, self.kept = Values.at(terms, slice(None)), kept
+        rows.take(self.values)
         self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 
     def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.bsr_array:
@@ -450,6 +474,8 @@ class Preconditioned:
         ------
         StagnationError : It has failed, and a factor fits.
         """
+        if self.rows.values is not self.values:
+            self.rows.take(self.values)
         problem, kept, d = self.problem, self.kept, self.problem.dimension
         size = len(kept) * d
         bodies = rhs[size:].reshape(problem.body_count, -1)
@@ -495,5 +521,5 @@ class Preconditioned:
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The contacts' rows of the matrix times x and U, shape (c, d)."""
-        given = self.problem.elastic_velocity(np.where(self.closed[:, None], x, 0.0))
+        given = self.problem.elastic_velocity(np.where(self.values.closed[:, None], x, 0.0))
         return self.rows.product(x, given, motion)

@@ -48,7 +48,7 @@ class Terms:
     by_velocity : Derivative by its velocity, shape (c, d, d).
     plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
     closed : Contacts that take part, shape (c,).
-    maps : B of the sides of contacts, shape (k, d, m).
+    maps : B by contact and side, shape (c, 2, d, m).
     coupled : Matrix of the bodies.
     unit : Impulses are solved for as unit · p.
     """
@@ -89,9 +89,9 @@ class ElasticMatrix:
         # coupled to others only
         self._alone = np.setdiff1d(contacts, self._rows[self._diagonal], assume_unique=True)
         contact, side = np.nonzero(problem.bodies >= 0)
-        self._sides = np.flatnonzero(place[contact] >= 0)
-        self._contact = contact[self._sides]
-        at, body = d * place[self._contact], problem.bodies[self._contact, side[self._sides]]
+        chosen = place[contact] >= 0
+        self._contact, self._side = contact[chosen], side[chosen]
+        at, body = d * place[self._contact], problem.bodies[self._contact, self._side]
         first = len(contacts) * d
         self._pattern = BlockPattern(
             first + coupled.shape[0],
@@ -170,7 +170,7 @@ class ElasticMatrix:
             coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
             coupling[~(closed[rows] & closed[self._columns])] = 0.0
             coupling[diagonal] += own[rows[diagonal]]
-        maps = np.where(closed[contact][:, None, None], terms.maps[self._sides], 0.0)
+        maps = np.where(closed[contact][:, None, None], terms.maps[contact, self._side], 0.0)
         return [
             coupling,
             own[self._alone],

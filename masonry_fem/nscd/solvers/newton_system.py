@@ -52,22 +52,20 @@ class NewtonSystem:
         self.library = library
         self.unit = float(scale.mean()) if len(scale) else 1.0  # impulses are solved for as unit · p
         self.elastic = problem.operator.elastic()
-        self.contact, self.side = np.nonzero(problem.bodies >= 0)
-        self.body = problem.bodies[self.contact, self.side]
-        self.map = problem.rigid_map[self.contact, self.side]
+        there = problem.bodies >= 0
+        squares = np.einsum("csij,csij->csj", problem.rigid_map, problem.rigid_map)
         total = np.zeros_like(problem.rigid_mass)
-        np.add.at(total, self.body, (self.map**2).sum(axis=1))
+        np.add.at(total, problem.bodies[there], squares[there])
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
-        self.scaled_map = self.map / self.column[self.body][:, None, :]
         self.structure = Structure() if problem.structure is None else problem.structure
 
     @cached_property
     def body_matrix(self) -> BodyMatrix:
         """Pattern of the bodies' rows and columns."""
-        problem = self.problem
-        scaled = np.zeros_like(problem.rigid_map)
-        scaled[self.contact, self.side] = self.scaled_map
-        return BodyMatrix(problem.bodies, scaled, problem.body_count)
+        problem, bodies = self.problem, self.problem.bodies
+        width = np.full((*bodies.shape, self.column.shape[1]), np.inf)  # no body: nothing moves
+        width[bodies >= 0] = self.column[bodies[bodies >= 0]]
+        return BodyMatrix(bodies, problem.rigid_map / width[:, :, None], problem.body_count)
 
     @property
     def iterates(self) -> bool:
@@ -135,7 +133,7 @@ class NewtonSystem:
         if stiffness is not None:
             total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
         self.structure.factor = None  # two at a time would take twice the memory
-        terms = Terms(own, total, same, closed, self.scaled_map, coupled, self.unit)
+        terms = Terms(own, total, same, closed, self.body_matrix.maps, coupled, self.unit)
         parts = (self, kept, gone, factors, by_velocity[gone], own)
         if self.iterates:
             return NewtonFactor(*parts, self._iteration(kept, terms), springs, kept, terms)

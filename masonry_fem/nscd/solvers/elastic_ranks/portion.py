@@ -86,16 +86,15 @@ class Portion:
         keep()  # each step makes arrays of a hundred megabytes
         self.member, self.share = member, share
         self.operator: Shared | None = None
-        self.interfaces, self.seams, self.maps = Sets([], []), Sets([], []), np.zeros(0)
-        self._last: Rows | None = None
+        self._rows: Rows | None = None
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
 
     @property
     def rows(self) -> Rows:
         """Rows of its contacts in the step."""
-        assert self._last is not None
-        return self._last
+        assert self._rows is not None
+        return self._rows
 
     def close(self) -> None:
         """Let go what PETSc holds."""
@@ -104,12 +103,11 @@ class Portion:
 
     def begin(self, problem: Given) -> None:
         """Prepare a problem."""
-        self.interfaces, self.seams = self.member.together(lambda: self._coupled(problem))
-        self.maps = problem.maps
+        self._rows = self.member.together(lambda: self._begun(problem))
 
-    def _coupled(self, problem: Given) -> tuple[Sets, Sets]:
-        """Interfaces and seams of the rank's own contacts; and the operator of its own stones."""
-        share = self.share
+    def _begun(self, problem: Given) -> Rows:
+        """Rows of the rank's own contacts for any step of a problem; and the operator of its own stones."""
+        share, before = self.share, self._rows
         t, d = len(share.contacts), share.dimension
         bed = None if problem.bed is None else np.concatenate([problem.bed, np.zeros((t - share.count, d))])
         whole = Shared(t, d, problem.kinds, bed=bed)
@@ -117,9 +115,9 @@ class Portion:
         self.operator = Shared(t, d, own, bed=bed) if own else None
         with self.member.on("interfaces"):
             mine = whole.only(np.arange(share.count))
-            if self._last is None:
-                return Sets.of(mine, share.groups), Sets.at_seams(mine, share.groups)
-            return Sets.of(mine, share.groups), Sets.of(mine, self.seams.groups)
+            interfaces = Sets.of(mine, share.groups)
+            seams = Sets.at_seams(mine, share.groups) if before is None else Sets.of(mine, before.seams)
+            return Rows(share.bodies, problem.maps, interfaces, seams, before)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""
@@ -131,9 +129,8 @@ class Portion:
         )
 
     def _prepared(self, values: Values) -> list[FloatArray]:
-        share = self.share
-        self._last = Rows(values, share.bodies, self.maps, self.interfaces, self.seams, self._last)
-        return [given for _, given in self._last.eliminated()]
+        self.rows.take(values)
+        return [given for _, given in self.rows.eliminated()]
 
     def solve(
         self, force: FloatArray, balance: FloatArray, scale: FloatArray, most: int
@@ -188,6 +185,7 @@ class Portion:
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""
         rows, member = self.rows, self.member
+        assert rows.values is not None
         impulse = self.contacts.spread(np.where(rows.values.closed[:, None], x, 0.0))
         with member.on("products"):
             velocity = np.zeros_like(impulse)

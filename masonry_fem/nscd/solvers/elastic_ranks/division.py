@@ -102,11 +102,13 @@ class Division:
         )
 
     def _owners(self, groups: list[IntArray]) -> IntArray:
-        """Rank of each elastic contact, −1 for others, (c,): whole interfaces are of one body's rank."""
-        pair = np.sort(self._sides, axis=1)
-        # one or the other, so that parts have as many
-        chosen = np.where((pair.sum(axis=1) % 2 == 0) & (pair[:, 0] >= 0), pair[:, 0], pair[:, 1])
-        rank = np.where(chosen >= 0, self.part[chosen], 0)
+        """Rank of each elastic contact, −1 for others, (c,).
+
+        Interfaces between two parts all are of the one or of the other, so that few seams are divided.
+        """
+        ranks = np.sort(np.where(self._sides >= 0, self.part[self._sides], -1), axis=1)
+        first = (ranks.sum(axis=1) % 2 == 0) & (ranks[:, 0] >= 0)
+        rank = np.maximum(np.where(first, ranks[:, 0], ranks[:, 1]), 0)
         owner = np.full(len(self._sides), -1)
         for group in groups:
             owner[group] = rank[group[:, :1]]

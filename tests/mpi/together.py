@@ -3,7 +3,7 @@
 import sys
 
 from masonry_fem.cli import main
-from masonry_fem.nscd.solvers.elastic_ranks import portions
+from masonry_fem.nscd.solvers.elastic_ranks import division
 
-portions.TOGETHER = 0
+division.TOGETHER = 0
 sys.exit(main(sys.argv[1:]))

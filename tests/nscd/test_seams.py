@@ -93,7 +93,7 @@ def test_rows_of_a_step_before_are_kept_where_nothing_has_changed():
     random, d, count = np.random.default_rng(4), 3, 7
     operator = stones(FOUR, count, d, turned(count, d, random))
     interfaces = Sets.of(operator, [np.arange(count)[:, None]])
-    joined = Sets.at_seams(operator, interfaces.groups)
+    joined = Sets.of(operator, seams(operator, np.arange(count)))
     bodies, maps = np.full((count, 2), -1), np.zeros((count, 2, d, 6))
     own = np.eye(d) + 0.1 * random.normal(size=(count, d, d))
     changed = own.copy()
@@ -110,7 +110,7 @@ def test_rows_of_a_step_before_are_kept_where_nothing_has_changed():
     assert np.abs(first - second).max() > 1e-3
     # in the room of another problem's
     double = Sets(interfaces.groups, [2 * W for W in interfaces.coupling])
-    again = Rows(bodies, maps, double, joined, kept)
+    again = Rows(bodies, maps, double, joined, before=kept)
     np.testing.assert_array_equal(solved(again, changed), solved(Rows(bodies, maps, double, joined), changed))
 
 

@@ -41,7 +41,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_kernel import add_solutions, coupled, rows_product, take_followed
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
-from masonry_fem.nscd.solvers.seams import seams, together
+from masonry_fem.nscd.solvers.seams import together
 from masonry_fem.nscd.transfer import to_bodies, to_contacts
 
 FloatArray = NDArray[np.float64]
@@ -132,13 +132,6 @@ class Sets:
     def of(cls, operator: Operator, groups: list[IntArray]) -> Self:
         """Those of an operator."""
         return cls(groups, [operator.among(group) for group in groups])
-
-    @classmethod
-    def at_seams(cls, operator: Operator, interfaces: Sequence[IntArray]) -> Self:
-        """The seams of an operator's contacts, which are sorted by interface."""
-        return cls.of(
-            operator, seams(operator, numbered(interfaces, operator.shape[0] // operator.blocksize[0]))
-        )
 
 
 def numbered(interfaces: Sequence[IntArray], count: int) -> IntArray:
@@ -238,6 +231,8 @@ class Rows:
     maps : B by contact and side, shape (c, 2, d, m).
     interfaces : The contacts, interface by interface.
     seams : Those that are strongly coupled beyond.
+    interface : Number of each one's interface, and of those that seams have beyond these, shape (c + s,);
+        None: seams have no others.
     before : Those of a problem of the same contacts that is done with: its room is used again.
 
     Attributes
@@ -246,14 +241,20 @@ class Rows:
     """
 
     def __init__(
-        self, bodies: IntArray, maps: FloatArray, interfaces: Sets, seams: Sets, before: Rows | None = None
+        self,
+        bodies: IntArray,
+        maps: FloatArray,
+        interfaces: Sets,
+        seams: Sets,
+        interface: IntArray | None = None,
+        before: Rows | None = None,
     ) -> None:
         c, _, d, m = maps.shape
         self.values: Values | None = None
         self.bodies, self._maps = bodies, maps
         self.groups, self.seams = interfaces.groups, seams.groups
         self._coupling = interfaces.coupling, seams.coupling
-        self._interface: IntArray = numbered(self.groups, c) if before is None else before._interface
+        self._interface: IntArray = numbered(self.groups, c) if interface is None else interface
         self._joins: list[tuple[IntArray, IntArray]] = (
             [bodies_of(bodies, group) for group in self.groups] if before is None else before._joins
         )
@@ -269,20 +270,21 @@ class Rows:
             [np.empty_like(W) for W in seams.coupling] if before is None else before.joined
         )
         self.maps: FloatArray = np.empty_like(maps) if before is None else before.maps
-        self.own: FloatArray = np.empty((c, d, d)) if before is None else before.own
+        self.own: FloatArray = np.empty((len(self._interface), d, d)) if before is None else before.own
 
     def take(self, values: Values) -> None:
         """Become the rows of a step, made anew where it has other values than the last.
 
         Parameters
         ----------
-        values : Of the step.
+        values : Of the step, also at the contacts that seams have beyond.
         """
         before, self.values = self.values, None  # should this fail, nothing is known
         closed = values.closed
         changed = np.ones_like(closed) if before is None else values.changed(before)
         some = np.flatnonzero(changed)
-        self.maps[some] = np.where(closed[some, None, None, None], self._maps[some], 0.0)
+        mine = some[: np.searchsorted(some, len(self.maps))]
+        self.maps[mine] = np.where(closed[mine, None, None, None], self._maps[mine], 0.0)
         self.own[some] = np.where(closed[some, None, None], values.own[some], np.eye(self.own.shape[1]))
         by_velocity = values.by_velocity / values.unit
         interfaces, seams = self._coupling
@@ -330,7 +332,7 @@ class Rows:
         return ((bodies, solved.given) for (bodies, _), solved in zip(self._joins, self.solved, strict=True))
 
     def inside(self, force: FloatArray) -> FloatArray:
-        """Impulses of given rows, interface by interface, shape (c, d)."""
+        """Impulses of given rows, interface by interface and seam by seam, both of shape (c + s, d)."""
         force, impulse = np.ascontiguousarray(force), np.zeros(force.shape)
         for group, solved in zip(self.groups, self.solved, strict=True):
             add_solutions(group, solved.inverse, force, impulse)
@@ -357,10 +359,15 @@ class Rows:
 
     def product(self, x: FloatArray, given: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows times x and U, where x at closed contacts makes velocities ``given``, shape (c, d)."""
-        values = self.values
+        values, c = self.values, len(x)
         assert values is not None
         product: FloatArray = rows_product(
-            values.by_velocity, self.own, values.unit, np.ascontiguousarray(given), self.moved(motion), x
+            values.by_velocity[:c],
+            self.own[:c],
+            values.unit,
+            np.ascontiguousarray(given),
+            self.moved(motion),
+            x,
         )
         return product
 

@@ -15,8 +15,9 @@ from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
-from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size
+from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size, numbered
 from masonry_fem.nscd.solvers.elastic_ranks.share import Share
+from masonry_fem.nscd.solvers.seams import seams
 
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -42,7 +43,7 @@ class Division:
     ----------
     number : By which ranks know it.
     part, body_order : Rank of each body, (b,), and bodies rank after rank, (b,).
-    contacts : Of each rank its elastic ones.
+    contacts : Of each rank its elastic ones. met : The same with the others of its seams.
     coupled : Blocks of the bodies' matrix that the leader adds: mass, and what rigid joints leave.
     shares : What each rank is given of it.
     """
@@ -56,7 +57,7 @@ class Division:
         team: Leader,
     ) -> None:
         assert isinstance(problem.operator, Shared)
-        self.number, self._size = next(_NUMBERS), team.size
+        self.number, self._size, self._dimension = next(_NUMBERS), team.size, problem.dimension
         self._sides, self._elastic = problem.bodies, elastic
         self._stones = [kind.contacts for kind in problem.operator.kinds]
         self._library = None if problem.body_count >= TOGETHER else library
@@ -67,8 +68,10 @@ class Division:
         self.contacts = [np.flatnonzero(self._owner == rank) for rank in range(team.size)]
         slots = body_matrix.slots[~elastic]
         self.coupled = np.union1d(body_matrix.diagonal, slots[slots >= 0])
+        self.met: list[IntArray] = []
         self._held: list[list[tuple[Mask, IntArray]]] = []  # by rank and kind: stones, and their contacts
-        self.shares = self._shares(groups, body_matrix, problem.dimension)
+        interface = numbered(groups, problem.count)
+        self.shares = self._shares(groups, seams(problem.operator, interface), interface, body_matrix)
 
     def serves(self, problem: ContactProblem, elastic: Mask) -> bool:
         """Whether a problem has the contacts and bodies that were dealt out.
@@ -114,32 +117,41 @@ class Division:
             owner[group] = rank[group[:, :1]]
         return owner
 
-    def _shares(self, groups: list[IntArray], body_matrix: BodyMatrix, dimension: int) -> list[Share]:
-        """What each rank is given."""
+    def _shares(
+        self, groups: list[IntArray], joined: list[IntArray], interface: IntArray, body_matrix: BodyMatrix
+    ) -> list[Share]:
+        """What each rank is given. A seam is one rank's, whoever has its contacts."""
         count = len(self._sides)
         at = np.full(count + 1, -1)  # contacts rank after rank; the last is nobody's
         at[np.concatenate(self.contacts)] = np.arange(sum(map(len, self.contacts)))
         body_at = np.empty(len(self.part), dtype=np.int64)
         body_at[self.body_order] = np.arange(len(self.part))
         owner = np.append(self._owner, -1)
-        ranks = [_ranks_of_stones(owner[contacts], self._size) for contacts in self._stones]
+        ranks = [_most(owner[contacts], self._size) for contacts in self._stones]
+        of_seams = [_most(owner[seam], self._size) for seam in joined]
         rows = np.repeat(np.arange(body_matrix.count), np.diff(body_matrix.pointer))
         coupled = np.stack([body_at[rows], body_at[body_matrix.indices]])[:, self.coupled]
         made = []
         for rank in range(self._size):
             own = self.contacts[rank]
+            near = np.zeros(count + 1, dtype=bool)
+            for seam, of in zip(joined, of_seams, strict=True):
+                near[seam[of == rank]] = True
+            near[own] = True
+            met = np.concatenate([own, np.flatnonzero(near & (owner != rank))])
             touched = [contacts[of == rank].ravel() for contacts, of in zip(self._stones, ranks, strict=True)]
             beside = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *touched]))
-            beside = beside[(beside >= 0) & (owner[beside] != rank)]
-            local = np.concatenate([own, beside])
+            local = np.concatenate([met, beside[(beside >= 0) & ~near[beside]]])
             place = np.full(count + 1, -1)
             place[local] = np.arange(len(local))
             stones = []
             for contacts, of in zip(self._stones, ranks, strict=True):
-                some = (of == rank) | (owner[contacts] == rank).any(axis=1)
+                some = (of == rank) | near[contacts].any(axis=1)
                 stones.append((some, place[contacts[some]]))
+            self.met.append(met)
             self._held.append(stones)
             parts = [place[group[owner[group[:, 0]] == rank]] for group in groups]
+            whole = [place[seam[of == rank]] for seam, of in zip(joined, of_seams, strict=True)]
             sides = self._sides[own]
             its = np.flatnonzero(self.part == rank)
             others = np.setdiff1d(sides[sides >= 0], its)
@@ -148,14 +160,18 @@ class Division:
             number[bodies] = np.arange(len(bodies))
             made.append(
                 Share(
-                    dimension=dimension,
+                    dimension=self._dimension,
                     width=body_matrix.size,
                     count=len(own),
+                    met=len(met),
                     contacts=at[local],
                     stones=tuple(
                         of[some] == rank for of, (some, _) in zip(ranks, stones, strict=True) if some.any()
                     ),
                     groups=[part for part in parts if len(part)],
+                    seams=[seam for seam in whole if len(seam)],
+                    interface=interface[met],
+                    divided=any((owner[seam] != owner[seam[:, :1]]).any() for seam in joined),
                     bodies=number[sides],
                     places=body_at[bodies],
                     own=len(its),
@@ -181,8 +197,8 @@ def _parted(body_matrix: BodyMatrix, team: Leader) -> IntArray:
     return np.concatenate(team.call(_partition, shares))
 
 
-def _ranks_of_stones(owners: IntArray, size: int) -> IntArray:
-    """Ranks that own most contacts of each stone, (n,), from their owners, −1 for none, (n, s)."""
+def _most(owners: IntArray, size: int) -> IntArray:
+    """Ranks that own most of each n contacts, (n,), from their owners, −1 for none, (n, s)."""
     n = len(owners)
     key = np.where(owners >= 0, np.arange(n)[:, None] * size + owners, n * size)
     counted = np.bincount(key.ravel(), minlength=n * size + 1)[:-1].reshape(n, size)

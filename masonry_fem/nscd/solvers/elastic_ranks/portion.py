@@ -88,6 +88,7 @@ class Portion:
         self.operator: Shared | None = None
         self._rows: Rows | None = None
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
+        self.met = Exchange(member, share.contacts[: share.met], share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
 
     @property
@@ -98,8 +99,8 @@ class Portion:
 
     def close(self) -> None:
         """Let go what PETSc holds."""
-        self.contacts.destroy()
-        self.bodies.destroy()
+        for made in (self.contacts, self.met, self.bodies):
+            made.destroy()
 
     def begin(self, problem: Given) -> None:
         """Prepare a problem."""
@@ -107,17 +108,18 @@ class Portion:
 
     def _begun(self, problem: Given) -> Rows:
         """Rows of the rank's own contacts for any step of a problem; and the operator of its own stones."""
-        share, before = self.share, self._rows
+        share = self.share
         t, d = len(share.contacts), share.dimension
-        bed = None if problem.bed is None else np.concatenate([problem.bed, np.zeros((t - share.count, d))])
-        whole = Shared(t, d, problem.kinds, bed=bed)
+        bed = mine = None
+        if problem.bed is not None:
+            bed = np.concatenate([problem.bed, np.zeros((t - share.met, d))])
+            mine = np.where(np.arange(t)[:, None] < share.count, bed, 0.0)
         own = [kind.some(some) for kind, some in zip(problem.kinds, share.stones, strict=True) if some.any()]
-        self.operator = Shared(t, d, own, bed=bed) if own else None
+        self.operator = Shared(t, d, own, bed=mine) if own else None
         with self.member.on("interfaces"):
-            mine = whole.only(np.arange(share.count))
-            interfaces = Sets.of(mine, share.groups)
-            seams = Sets.at_seams(mine, share.groups) if before is None else Sets.of(mine, before.seams)
-            return Rows(share.bodies, problem.maps, interfaces, seams, before)
+            whole = Shared(t, d, problem.kinds, bed=bed)
+            interfaces, seams = Sets.of(whole, share.groups), Sets.of(whole, share.seams)
+            return Rows(share.bodies, problem.maps, interfaces, seams, share.interface, self._rows)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""
@@ -175,18 +177,25 @@ class Portion:
         Bodies balance to rounding where they are ``refined``: iterations need less.
         """
         rows, member = self.rows, self.member
+        at_rest = self._inside(force)
         with member.on("preconditioner"):
-            at_rest = rows.inside(force)
             given = rows.to_bodies(at_rest, len(self.share.places))
         motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
             return rows.moving(at_rest, motion), motion
 
+    def _inside(self, force: FloatArray) -> FloatArray:
+        """Impulses of given rows where bodies do not move, of the rank's own contacts, shape (c, d)."""
+        given = self.met.spread(force) if self.share.divided else force
+        with self.member.on("preconditioner"):
+            impulse = self.rows.inside(given)
+        return self.met.summed(impulse) if self.share.divided else impulse
+
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""
         rows, member = self.rows, self.member
         assert rows.values is not None
-        impulse = self.contacts.spread(np.where(rows.values.closed[:, None], x, 0.0))
+        impulse = self.contacts.spread(np.where(rows.values.closed[: len(x), None], x, 0.0))
         with member.on("products"):
             velocity = np.zeros_like(impulse)
             if self.operator is not None:

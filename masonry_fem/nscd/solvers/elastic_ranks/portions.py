@@ -90,8 +90,8 @@ class Portions:
         assert isinstance(operator, Shared)
         bed = operator.bed
         return [
-            Given(self.division.kinds(operator, rank), None if bed is None else bed[own], self._maps[own])
-            for rank, own in enumerate(self.division.contacts)
+            Given(self.division.kinds(operator, rank), None if bed is None else bed[met], self._maps[own])
+            for rank, (own, met) in enumerate(zip(self.division.contacts, self.division.met, strict=True))
         ]
 
     def solver(
@@ -104,8 +104,8 @@ class Portions:
         """The solver of one step; as ``Preconditioned``, whose bodies' matrix ``factorised`` solves."""
         coupled = terms.coupled.data[self.division.coupled]
         steps = [
-            (Values.at(terms, own), coupled if rank == 0 else coupled[:0])
-            for rank, own in enumerate(self.division.contacts)
+            (Values.at(terms, met), coupled if rank == 0 else coupled[:0])
+            for rank, met in enumerate(self.division.met)
         ]
         made = _Solver(self, steps, kept)
         made.prepared()

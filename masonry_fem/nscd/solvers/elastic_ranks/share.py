@@ -26,10 +26,13 @@ class Share:
     Attributes
     ----------
     dimension : d. width : Velocities of a body, m.
-    count : Contacts that are its own; those that its stones touch beside them follow these.
-    contacts : Where its contacts stand among those of all ranks, shape (t,).
+    count : Contacts that are its own. met : The same with those of its seams that are not.
+    contacts : Where its contacts stand among those of all ranks, shape (t,): its own, the others of its
+        seams, and what its stones touch beside them.
     stones : By kind, which of the stones of which some contact is its own are its own, shape (n,).
-    groups : Its interfaces, by their own contacts.
+    groups, seams : Its interfaces and seams, by their contacts.
+    interface : Number of the interface of each contact that is its own or of its seams, shape (met,).
+    divided : Some rank has seams of which not all contacts are its own.
     bodies : Of its own contacts, numbered as in ``places``, shape (c, 2).
     places : Where its bodies stand among those of all ranks, shape (b,); the first ``own`` are its own.
     coupled : Block rows and columns that it adds to the bodies' matrix beside its interfaces' ones, (2, k).
@@ -39,9 +42,13 @@ class Share:
     dimension: int
     width: int
     count: int
+    met: int
     contacts: IntArray
     stones: tuple[Mask, ...]
     groups: list[IntArray]
+    seams: list[IntArray]
+    interface: IntArray
+    divided: bool
     bodies: IntArray
     places: IntArray
     own: int
@@ -55,7 +62,7 @@ class Given(NamedTuple):
     Attributes
     ----------
     kinds : Stones of which some contact is its own, kind by kind.
-    bed : Of its own contacts, shape (c, d); None: none.
+    bed : Of its own contacts and those of its seams, shape (met, d); None: none.
     maps : B of its own contacts, shape (c, 2, d, m).
     """
 
@@ -64,4 +71,5 @@ class Given(NamedTuple):
     maps: FloatArray
 
 
-Step = tuple[Values, FloatArray]  # at a rank's own contacts, and blocks that it adds to the bodies' matrix
+# Of a rank's own contacts and those of its seams, and blocks that it adds to the bodies' matrix
+Step = tuple[Values, FloatArray]

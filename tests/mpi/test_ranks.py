@@ -17,6 +17,7 @@ from tests.mpi.scenes import SCENES, SPLIT, scene
 HERE = Path(__file__).parent
 CLI = ("-m", "masonry_fem")
 TOGETHER = (str(HERE / "together.py"),)
+PRECONDITIONER = (str(HERE / "preconditioner.py"),)
 BESIDE = Path(sys.executable).parent / "mpiexec"  # that of the MPI that this Python's libraries have
 MPIEXEC = str(BESIDE) if BESIDE.exists() else shutil.which("mpiexec")
 
@@ -113,6 +114,16 @@ def test_ranks_without_stones(alone, tmp_path):
 @pytest.mark.parametrize("count", [2, 4])
 def test_bodies_matrix_factorised_together(count, alone, tmp_path):
     assert_same(ran(tmp_path, count, "elastic statics", TOGETHER), alone("elastic statics"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2, 3])
+def test_no_seam_is_divided(count, tmp_path):
+    """Steps are preconditioned as on one rank, so that they are the same ones on any number of them."""
+    (tmp_path / "scene.toml").write_text(scene("elastic statics"))
+    done = started(tmp_path, count, "run", "scene.toml", "--quiet", program=PRECONDITIONER)
+    assert done.returncode == 0, done.stderr
+    assert "impulses and motions agree to" in done.stderr
 
 
 @pytest.mark.slow

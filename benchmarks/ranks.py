@@ -5,8 +5,8 @@
     python -m benchmarks.ranks --times 2              # each twice in the same processes, the second is told
 
 One rank does the same as several, with all of the wall for its part. CPU times count what MPI waits for other
-ranks: where cores are shared, the rows ``exchange`` and ``handed`` are mostly that. The second time hardly any
-memory is new to a process: a virtual machine whose host has to find it takes up to 3 s for a gigabyte.
+ranks: where cores are shared, the rows ``exchange`` and ``handed`` are mostly that. The second time hardly
+any memory is new to a process: a virtual machine whose host has to find it takes up to 3 s for a gigabyte.
 """
 
 from __future__ import annotations

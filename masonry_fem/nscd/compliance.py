@@ -317,14 +317,20 @@ class Shared(Operator):
             total[:, np.arange(d), np.arange(d)] += self.bed
         return total
 
-    def among(self, groups: IntArray) -> FloatArray:
-        """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
+    def among(self, groups: IntArray, room: FloatArray | None = None) -> FloatArray:
+        """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d).
+
+        Parameters
+        ----------
+        groups : The sets. room : What they are written to, as large; None: new room.
+        """
         from masonry_fem.nscd.scatter import add_within  # noqa: PLC0415 - Numba is slow to import
 
         (n, k), d = groups.shape, self.dimension
         number, place = np.full((2, self.count + 1), -1)  # the last is that of contacts that take no part
         number[groups], place[groups] = np.arange(n)[:, None], np.arange(k)
-        taken = np.zeros((n, k * d, k * d))
+        taken = np.empty((n, k * d, k * d)) if room is None else room
+        taken[:] = 0.0
         for kind in self.kinds:
             at, of = number[kind.contacts], place[kind.contacts]
             add_within(taken, at, of, kind.turns, kind.matrices, kind.kind)

@@ -1,5 +1,7 @@
 """Contacts that several joints have at the same corners: found, and solved for together."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -110,6 +112,9 @@ def test_rows_of_a_step_before_are_kept_where_nothing_has_changed():
     assert np.abs(first - second).max() > 1e-3
     # in the room of another problem's
     double = Sets(interfaces.groups, [2 * W for W in interfaces.coupling])
+    twice = Shared(count, d, [replace(kind, matrices=2 * kind.matrices) for kind in operator.kinds])
+    for one, other in zip(interfaces.again(twice).coupling, double.coupling, strict=True):
+        np.testing.assert_array_equal(one, other)
     again = Rows(bodies, maps, double, joined, before=kept)
     np.testing.assert_array_equal(solved(again, changed), solved(Rows(bodies, maps, double, joined), changed))
 

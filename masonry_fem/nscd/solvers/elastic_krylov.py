@@ -25,7 +25,7 @@ Numerical Methods in Engineering 22 (2006).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -34,7 +34,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from masonry_fem.host.memory import keep
-from masonry_fem.nscd.compliance import Operator
+from masonry_fem.nscd.compliance import Operator, Shared
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
@@ -132,6 +132,11 @@ class Sets:
     def of(cls, operator: Operator, groups: list[IntArray]) -> Self:
         """Those of an operator."""
         return cls(groups, [operator.among(group) for group in groups])
+
+    def again(self, operator: Shared) -> Self:
+        """The same of another operator of the same contacts, in the room of these."""
+        rooms = zip(self.groups, self.coupling, strict=True)
+        return replace(self, coupling=[operator.among(group, room) for group, room in rooms])
 
 
 def numbered(interfaces: Sequence[IntArray], count: int) -> IntArray:
@@ -237,7 +242,7 @@ class Rows:
 
     Attributes
     ----------
-    values : Of the step whose rows these are; None: of none.
+    values : Of the step whose rows these are; None: of none. sets : The interfaces and the seams.
     """
 
     def __init__(
@@ -252,8 +257,8 @@ class Rows:
         c, _, d, m = maps.shape
         self.values: Values | None = None
         self.bodies, self._maps = bodies, maps
+        self.sets = interfaces, seams
         self.groups, self.seams = interfaces.groups, seams.groups
-        self._coupling = interfaces.coupling, seams.coupling
         self._interface: IntArray = numbered(self.groups, c) if interface is None else interface
         self._joins: list[tuple[IntArray, IntArray]] = (
             [bodies_of(bodies, group) for group in self.groups] if before is None else before._joins
@@ -287,7 +292,7 @@ class Rows:
         self.maps[mine] = np.where(closed[mine, None, None, None], self._maps[mine], 0.0)
         self.own[some] = np.where(closed[some, None, None], values.own[some], np.eye(self.own.shape[1]))
         by_velocity = values.by_velocity / values.unit
-        interfaces, seams = self._coupling
+        interfaces, seams = (sets.coupling for sets in self.sets)
         for solved, join, group, W in zip(self.solved, self._joins, self.groups, interfaces, strict=True):
             for chosen in _in_turn(changed[group].any(axis=1), W):
                 made = coupled(chosen, group, self._interface, W, self.own, by_velocity, closed)

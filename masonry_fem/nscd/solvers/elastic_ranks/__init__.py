@@ -2,9 +2,10 @@
 
 What ``elastic_krylov`` does, with the wall in parts: PT-Scotch divides the graph of stones and interfaces, a
 rank has the rows of W_el of its stones, and the interfaces between two parts are one's or the other's. A
-product with W_el takes impulses of such interfaces from one part to the other, and velocities back. Seams are
-solved for by the rank that has most of their contacts, so that steps are those of one rank. The bodies' matrix
-is factorised by MUMPS on all ranks together, or, where there are few, by each. GMRES is PETSc's.
+product with W_el takes impulses of such interfaces from one part to the other, and velocities back. Seams
+are solved for by the rank that has most of their contacts, so that steps are preconditioned as on one rank.
+The bodies' matrix is factorised by MUMPS on all ranks together, or, where there are few, by each. GMRES is
+PETSc's.
 
     division = Division(problem, elastic, body_matrix, library, team)       # once for contacts
     portions = Portions(problem, division, scale, body_matrix, team)        # once for a problem

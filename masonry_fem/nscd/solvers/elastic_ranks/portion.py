@@ -118,8 +118,11 @@ class Portion:
         self.operator = Shared(t, d, own, bed=mine) if own else None
         with self.member.on("interfaces"):
             whole = Shared(t, d, problem.kinds, bed=bed)
-            interfaces, seams = Sets.of(whole, share.groups), Sets.of(whole, share.seams)
-            return Rows(share.bodies, problem.maps, interfaces, seams, share.interface, self._rows)
+            if self._rows is None:
+                sets = Sets.of(whole, share.groups), Sets.of(whole, share.seams)
+            else:
+                sets = self._rows.sets[0].again(whole), self._rows.sets[1].again(whole)
+            return Rows(share.bodies, problem.maps, *sets, share.interface, self._rows)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""

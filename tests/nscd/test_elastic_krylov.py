@@ -30,8 +30,8 @@ def counts(monkeypatch):
     return found
 
 
-def step(problem, seed, library):
-    """Factor of a step at random impulses, where contacts are open, slide and stick."""
+def step(problem, seed, library, system=None):
+    """Factor of a step, of a system if given, at random impulses: contacts are open, slide and stick."""
     random = np.random.default_rng(seed)
     pressed = random.normal(size=problem.free_velocity.shape) + np.array([1.5, 0.0, 0.0])
     scale = np.abs(problem.compliance.diagonal()).reshape(-1, 3).max(axis=1)
@@ -40,7 +40,7 @@ def step(problem, seed, library):
     states = [line.open.any(), line.plain.any(), (~line.open & ~line.plain).any()]
     assert all(states)
     own = line.by_impulse * scale[:, None, None] + 1e-3 * scale[:, None, None] * line.by_velocity
-    system = NewtonSystem(problem, scale, library)
+    system = NewtonSystem(problem, scale, library) if system is None else system
     mass = 1e-3 * system.column**2 / system.unit
     return system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
 
@@ -60,6 +60,23 @@ def test_a_step_is_that_of_the_factor(seed, rigid, monkeypatch):
     expected = step(problem, seed, "direct").solve(scale * force, balance)
     for one, other in zip(found, expected, strict=True):
         assert np.abs(one - other).max() <= 1e-7 * np.abs(other).max()
+
+
+def test_a_step_is_the_same_when_another_has_come_after_it():
+    """All steps of a problem have their rows in the same room."""
+    problem = wall(**SIZE).problem()
+    random = np.random.default_rng(4)
+    force, balance = (
+        random.normal(size=problem.free_velocity.shape),
+        random.normal(size=(problem.body_count, 6)),
+    )
+    older = step(problem, 0, "krylov")
+    before = older.solve(force, balance)
+    newer = step(problem, 1, "krylov", older.system).solve(force, balance)
+    after = older.solve(force, balance)
+    for one, same, other in zip(before, after, newer, strict=True):
+        np.testing.assert_array_equal(one, same)
+        assert np.abs(one - other).max() > 1e-3 * np.abs(one).max()
 
 
 def test_iterations_hardly_grow_with_the_wall(counts):

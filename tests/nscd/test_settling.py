@@ -455,3 +455,18 @@ def test_holding_impulses_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_two_ranks_share_groups_so_that_the_last_ends_soonest(sizes: list[int], large: list[bool]) -> None:
     assert settling._large(np.array(sizes, dtype=np.int64), 2).tolist() == large
+
+
+def test_groups_are_dealt_by_the_decades_that_they_have_to_go() -> None:
+    problem, _ = boards(1)
+    start = sliding(problem)
+    every = np.ones(problem.body_count, dtype=bool)
+    part = Part.of(problem, every, start.impulse, start.rigid_velocity)
+    aim = settling.Aim(NewtonRun(problem, ProximalNewton(), start).settling.held, 1.0, 1e-3, 1e-8)
+    wanted = aim.errors(part)[0] * float(np.linalg.norm(part.impulse))
+    residual = np.zeros_like(part.impulse)
+    works = []
+    for left in (0.1, 1.0, 10.0, 100.0):
+        residual[0, 0] = left * wanted
+        works.append(aim.work(part, residual) / part.problem.count)
+    assert works == pytest.approx([1.0, 1.0, 2.0, 3.0])

@@ -112,8 +112,7 @@ class Settling:
         aim = Aim(self.held, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
-        works = [aim.work(group, residual[group.contacts]) for group in groups]
-        for group, found in zip(groups, _rested(groups, works, aim, until), strict=True):
+        for group, found in zip(groups, _rested(groups, residual, aim, until), strict=True):
             self.linear_solves += found.linear_solves
             impulse[group.contacts], rigid_velocity[group.bodies] = found.impulse, found.rigid_velocity
             settled = settled or found.settled
@@ -164,14 +163,14 @@ class Rested(NamedTuple):
     linear_solves: int
 
 
-def _rested(groups: Sequence[Part], works: Sequence[float], aim: Aim, until: float | None) -> list[Rested]:
+def _rested(groups: Sequence[Part], residual: FloatArray, aim: Aim, until: float | None) -> list[Rested]:
     """The states of parts that have nothing to do with each other.
 
     Several ranks share them: large ones are solved for by all together.
 
     Parameters
     ----------
-    groups : The parts. works : What each is taken to cost.
+    groups : The parts. residual : At each contact of the whole, as an impulse, shape (c, d).
     aim : What is asked of them. until : As for ``Settling.settle``.
     """
     leader = team()
@@ -181,7 +180,8 @@ def _rested(groups: Sequence[Part], works: Sequence[float], aim: Aim, until: flo
     large = _large(sizes, leader.size)
     found = {number: _in_turn(groups[number], aim, until) for number in np.flatnonzero(large).tolist()}
     others = np.flatnonzero(~large)
-    its = [others[own].tolist() for own in _dealt(np.array(works)[others], leader.size)]
+    works = np.array([aim.work(group, residual[group.contacts]) for group in groups])
+    its = [others[own].tolist() for own in _dealt(works[others], leader.size)]
     shares = [([groups[number] for number in own], aim, _left(until)) for own in its]
     if len(others):
         for own, states in zip(its, leader.call(_on_rank, shares), strict=True):

@@ -42,7 +42,7 @@ class Division:
     Attributes
     ----------
     number : By which ranks know it.
-    part, body_order : Rank of each body, (b,), and bodies rank after rank, (b,).
+    part : Rank of each body, (b,).
     contacts : Of each rank its elastic ones. met : The same with the others of its seams.
     coupled : Blocks of the bodies' matrix that the leader adds: mass, and what rigid joints leave.
     shares : What each rank is given of it.
@@ -62,7 +62,6 @@ class Division:
         self._stones = [kind.contacts for kind in problem.operator.kinds]
         self._library = None if problem.body_count >= TOGETHER else library
         self.part = _parted(body_matrix, team)
-        self.body_order = np.argsort(self.part, kind="stable")
         groups = interfaces_by_size(problem, elastic)
         self._owner = self._owners(groups)
         self.contacts = [np.flatnonzero(self._owner == rank) for rank in range(team.size)]
@@ -107,7 +106,7 @@ class Division:
     def _owners(self, groups: list[IntArray]) -> IntArray:
         """Rank of each elastic contact, −1 for others, (c,).
 
-        Interfaces between two parts all are of the one or of the other, so that few seams are divided.
+        All interfaces between two parts are of the one or of the other: few seams have contacts of both then.
         """
         ranks = np.sort(np.where(self._sides >= 0, self.part[self._sides], -1), axis=1)
         first = (ranks.sum(axis=1) % 2 == 0) & (ranks[:, 0] >= 0)
@@ -125,10 +124,11 @@ class Division:
         at = np.full(count + 1, -1)  # contacts rank after rank; the last is nobody's
         at[np.concatenate(self.contacts)] = np.arange(sum(map(len, self.contacts)))
         body_at = np.empty(len(self.part), dtype=np.int64)
-        body_at[self.body_order] = np.arange(len(self.part))
+        body_at[np.argsort(self.part, kind="stable")] = np.arange(len(self.part))
         owner = np.append(self._owner, -1)
         ranks = [_most(owner[contacts], self._size) for contacts in self._stones]
         of_seams = [_most(owner[seam], self._size) for seam in joined]
+        divided = any((owner[seam] != owner[seam[:, :1]]).any() for seam in joined)
         rows = np.repeat(np.arange(body_matrix.count), np.diff(body_matrix.pointer))
         coupled = np.stack([body_at[rows], body_at[body_matrix.indices]])[:, self.coupled]
         made = []
@@ -171,7 +171,7 @@ class Division:
                     groups=[part for part in parts if len(part)],
                     seams=[seam for seam in whole if len(seam)],
                     interface=interface[met],
-                    divided=any((owner[seam] != owner[seam[:, :1]]).any() for seam in joined),
+                    divided=divided,
                     bodies=number[sides],
                     places=body_at[bodies],
                     own=len(its),

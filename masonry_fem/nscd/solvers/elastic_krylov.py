@@ -62,7 +62,9 @@ SHARE = 0.75
 # Iterations after which they have failed: walls take 10 to 20; façades that hang together by a few lintels a
 # hundred and more.
 ITERATIONS = 50
-AT_ONCE = 2**20  # entries of matrices that are made at a time: few enough to stay in a processor's caches
+# Entries of matrices that are made at a time. All at once 100×100 bricks take 4.10 GB for 3.84, and 39 s to
+# solve for 37; 40×40 take as long with any number from 2**14 on.
+AT_ONCE = 2**20
 # Contacts up to which a factor takes over then. Beyond, a step is taken as it is after fewer iterations, and
 # the line search judges it: where stones lie loosely it becomes too short, and fifty leave no less to do than
 # twenty.

@@ -302,20 +302,8 @@ class Shared(Operator):
     def diagonal(self) -> FloatArray:
         """Each contact's own block, shape (c, d, d) [1/kg]."""
         if self._diagonal is None:
-            self._diagonal = self._summed_diagonal()
+            self._diagonal = self.among(np.arange(self.count)[:, None])
         return self._diagonal.copy()
-
-    def _summed_diagonal(self) -> FloatArray:
-        """The same, made anew."""
-        d, own = self.dimension, []
-        for kind in self.kinds:
-            side = np.arange(kind.contacts.shape[1])
-            blocks = kind.blocks()[kind.kind[:, None], side, side]
-            own.append((kind.turns @ blocks @ kind.turns.swapaxes(2, 3)).reshape(-1, d, d))
-        total = self._summed(own)
-        if self.bed is not None:
-            total[:, np.arange(d), np.arange(d)] += self.bed
-        return total
 
     def among(self, groups: IntArray, room: FloatArray | None = None) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d).

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scipy import sparse
 
     from masonry_fem.nscd.mumps import Mumps
+    from masonry_fem.nscd.solvers.body_matrix import BodyPattern
     from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix
     from masonry_fem.nscd.solvers.elastic_ranks.division import Division
     from masonry_fem.nscd.solvers.newton_system import NewtonFactor
@@ -28,6 +29,7 @@ class Structure:
 
     Attributes
     ----------
+    pattern : Of the matrix of bodies.
     matrix : Pattern of the last Newton matrix with elastic contacts, and its factor's order of elimination.
     factor : The last factor of such a matrix.
     factored : An iteration in place of a factor took too long: there are factors only from then on.
@@ -35,6 +37,7 @@ class Structure:
     division : Contacts and bodies as they were dealt to ranks.
     """
 
+    pattern: BodyPattern | None = None
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
     factored: bool = False
@@ -43,4 +46,4 @@ class Structure:
 
     def empty(self) -> None:
         """Keep no matrices: they are as large as all that is known of the contacts."""
-        self.matrix = self.factor = self.bodies = self.division = None
+        self.pattern = self.matrix = self.factor = self.bodies = self.division = None

@@ -10,7 +10,7 @@ from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import SolverSettings, krylov, solve
 from masonry_fem.nscd.linear_cost import LinearCost, widest_level
 from masonry_fem.nscd.solvers import body_solver
-from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.common_motion import common_motions
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
@@ -188,9 +188,10 @@ def test_iteration_is_chosen_where_factors_fill():
 
 def test_settings_choose():
     problem = rigid_mass(3, 3, 3)
-    pattern = BodyMatrix(problem.bodies, problem.rigid_map, problem.body_count)
+    pattern = BodyPattern(problem.bodies, problem.body_count)
+    matrix = BodyMatrix(pattern, problem.rigid_map, np.ones_like(problem.rigid_mass))
     chosen = {
-        name: BodySolver(pattern, name).iterates(symmetric=True)
+        name: BodySolver(matrix, name).iterates(symmetric=True)
         for name in ("auto", "direct", "krylov", "superlu")
     }
     assert chosen == {"auto": False, "direct": False, "krylov": True, "superlu": False}

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.iterate import Iterate, Run
+from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
@@ -85,6 +86,7 @@ class ProximalNewton:
     iterations : Newton steps in all.
     systems : Linear systems after which no further step begins, those of parts included.
     rise : Factor by which an error may exceed the least so far; a step that raises it further ends the run.
+    falls_back : Where iterations on a linear system fail, a factor takes over; else it has stalled.
     library : Linear factor, see ``linear``.
     """
 
@@ -100,6 +102,7 @@ class ProximalNewton:
     iterations: int = 400
     systems: float = np.inf
     rise: float = np.inf
+    falls_back: bool = True
     library: Library = "auto"
 
     @property
@@ -158,6 +161,7 @@ class NewtonRun:
         modes = problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6)
         kind = ModalSystem if modes else NewtonSystem
         self.system: NewtonSystem = kind(problem, unfolded, settings.library)
+        self.system.falls_back = settings.falls_back
         most = SLENDER_OF_MANY if self.system.many else SLENDER
         self.proximal = proximal_scale(problem, self.scale, most)
         self.static = problem.rigid_mass <= 0
@@ -227,6 +231,8 @@ class NewtonRun:
                 point = self._advance()
         except np.linalg.LinAlgError:  # a contact's own block is exactly singular
             point = None
+        except StagnationError:
+            return self._offer(Outcome.STALLED, self._solves() - before)
         if point is None or not np.isfinite(point.residual):
             return self._offer(None if self._restart() else Outcome.FAILED, self._solves() - before)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity

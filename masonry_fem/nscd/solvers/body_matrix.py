@@ -1,13 +1,16 @@
 """BodyMatrix: what eliminated contacts leave between the velocities of bodies, M + Bᵀ S B.
 
 S is a (d, d) block a contact, not symmetric in general. The pattern is that of the blocks that touch,
-whatever the number of contact points, and is made once for a problem.
+whatever the number of contact points, and is made once for all problems of the same contacts.
 
-    body_matrix = BodyMatrix(bodies, maps, count)
-    A = body_matrix.assemble(slope, contacts, diagonal)
+    pattern = BodyPattern(bodies, count)
+    body_matrix = BodyMatrix(pattern, rigid_map, column)      # once for a problem
+    A = body_matrix.assemble(slope, contacts, diagonal)       # once for a step
 """
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,31 +20,75 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-class BodyMatrix:
-    """Pattern of the matrix, and where each contact adds to it.
+class BodyPattern:
+    """Where the blocks of the matrix stand, and where each contact adds to them.
 
     Parameters
     ----------
     bodies : Bodies on the two sides of each contact, −1 for none, shape (c, 2).
-    maps : B by contact and side, shape (c, 2, d, m).
     count : Number of bodies b.
+
+    Attributes
+    ----------
+    keys : Row · b + column of each block, ascending, (k,).
+    indices, pointer : Columns of the blocks, (k,), and where each row begins, (b + 1,).
+    diagonal : Blocks on the diagonal, (b,).
+    slots : Block between the bodies on any two sides of each contact, −1 where there is none, (c, 2, 2).
     """
 
-    def __init__(self, bodies: IntArray, maps: FloatArray, count: int) -> None:
-        self.count, self.size = count, maps.shape[3]
-        self.bodies = np.ascontiguousarray(bodies, dtype=np.int64)
-        self.maps = np.ascontiguousarray(maps)
-        keys = bodies[:, :, None] * count + bodies[:, None, :]  # of the block (body of one side, of another)
+    def __init__(self, bodies: IntArray, count: int) -> None:
+        self.count, self.bodies = count, np.ascontiguousarray(bodies, dtype=np.int64)
+        keys = bodies[:, :, None] * count + bodies[:, None, :]
         absent = (bodies[:, :, None] < 0) | (bodies[:, None, :] < 0)
         own = np.arange(count) * (count + 1)
         pattern, place = np.unique(np.concatenate([own, keys[~absent]]), return_inverse=True)
-        self.keys = pattern  # row · b + column of each block, ascending
+        self.keys = pattern
         self.diagonal = place[:count]
         self.slots = np.full(keys.shape, -1, dtype=np.int64)
         self.slots[~absent] = place[count:]
         rows = pattern // max(count, 1)
         self.indices = pattern - rows * count
         self.pointer = np.searchsorted(rows, np.arange(count + 1))
+
+    def serves(self, bodies: IntArray, count: int) -> bool:
+        """Whether contacts between these bodies have this pattern.
+
+        Parameters
+        ----------
+        bodies, count : As they are given at first.
+        """
+        return count == self.count and np.array_equal(bodies, self.bodies)
+
+
+class BodyMatrix:
+    """The matrix of a problem.
+
+    Parameters
+    ----------
+    pattern : Where its blocks stand.
+    rigid_map : B by contact and side, shape (c, 2, d, m).
+    column : What each column of B is divided by, shape (b, m).
+    """
+
+    def __init__(self, pattern: BodyPattern, rigid_map: FloatArray, column: FloatArray) -> None:
+        self.pattern, self.size = pattern, rigid_map.shape[3]
+        self._rigid_map, self._column = rigid_map, column
+
+    @cached_property
+    def maps(self) -> FloatArray:
+        """B by contact and side as its columns are scaled, shape (c, 2, d, m)."""
+        return self.scaled(slice(None))
+
+    def scaled(self, contacts: IntArray | slice) -> FloatArray:
+        """The same of some contacts.
+
+        Parameters
+        ----------
+        contacts : Their numbers.
+        """
+        width = np.append(self._column, np.full((1, self.size), np.inf), axis=0)  # no body: nothing moves
+        maps: FloatArray = self._rigid_map[contacts] / width[self.pattern.bodies[contacts]][:, :, None]
+        return maps
 
     def assemble(self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray) -> sparse.bsr_array:
         """Diag + Bᵀ S B over some contacts, block-sparse, shape (b m, b m).
@@ -52,12 +99,13 @@ class BodyMatrix:
         contacts : Their numbers, shape (k,).
         diagonal : Diagonal to start from, shape (b, m).
         """
-        m = self.size
-        blocks = np.zeros((len(self.indices), m, m))
-        blocks[self.diagonal[:, None], np.arange(m), np.arange(m)] = diagonal
+        m, pattern = self.size, self.pattern
+        blocks = np.zeros((len(pattern.indices), m, m))
+        blocks[pattern.diagonal[:, None], np.arange(m), np.arange(m)] = diagonal
         if len(contacts):
             from masonry_fem.nscd.solvers.body_kernel import couple  # noqa: PLC0415 - Numba is slow to import
 
-            couple(contacts, self.bodies, self.maps, np.ascontiguousarray(slope), self.slots, blocks)
-        shape = (self.count * m, self.count * m)
-        return sparse.bsr_array((blocks, self.indices, self.pointer), shape=shape, blocksize=(m, m))
+            sloped = np.ascontiguousarray(slope)
+            couple(contacts, pattern.bodies, self.maps, sloped, pattern.slots, blocks)
+        shape = (pattern.count * m, pattern.count * m)
+        return sparse.bsr_array((blocks, pattern.indices, pattern.pointer), shape=shape, blocksize=(m, m))

@@ -38,7 +38,7 @@ class BodySolver:
 
     Parameters
     ----------
-    body_matrix : Pattern of the matrices.
+    body_matrix : What makes the matrices.
     library : "auto", "krylov", or one of the factors.
     """
 
@@ -49,7 +49,8 @@ class BodySolver:
     @cached_property
     def cost(self) -> LinearCost:
         """What either way is expected to cost."""
-        return LinearCost.foreseen(self.body_matrix.indices, self.body_matrix.pointer, self.body_matrix.size)
+        pattern = self.body_matrix.pattern
+        return LinearCost.foreseen(pattern.indices, pattern.pointer, self.body_matrix.size)
 
     def iterates(self, *, symmetric: bool) -> bool:
         """True where a matrix is to be solved by iteration."""
@@ -62,8 +63,8 @@ class BodySolver:
     @cached_property
     def motions(self) -> FloatArray:
         """What the coarse levels hold, (b, m, m)."""
-        matrix = self.body_matrix
-        return common_motions(matrix.bodies, matrix.maps, matrix.count)
+        pattern = self.body_matrix.pattern
+        return common_motions(pattern.bodies, self.body_matrix.maps, pattern.count)
 
     def solver(
         self,

@@ -425,7 +425,7 @@ class Interfaces:
         ----------
         terms : What the step has at each contact, and between bodies.
         kept : Contacts that are unknowns, shape (k,).
-        body_matrix : Pattern of the bodies' matrix, and B by contact and side.
+        body_matrix : What makes the bodies' matrix, and B by contact and side.
         factorised : Makes the factor of a matrix of bodies.
         """
         if self.rows is None:
@@ -460,14 +460,15 @@ class Preconditioned:
 
     def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.bsr_array:
         """What is left between bodies where contacts are solved for set by set."""
-        blocks, count, m = coupled.data.copy(), body_matrix.count, body_matrix.size
+        pattern, m = body_matrix.pattern, body_matrix.size
+        blocks, count = coupled.data.copy(), pattern.count
         beyond = []  # between bodies that no contact joins
         for bodies, given in self.rows.eliminated():
             pair = np.stack(np.broadcast_arrays(bodies[:, :, None], bodies[:, None]))
             there = (pair >= 0).all(axis=0)
             key, left = pair[0][there] * count + pair[1][there], given[there]
-            slot = np.searchsorted(body_matrix.keys, key)
-            known = body_matrix.keys[np.minimum(slot, len(blocks) - 1)] == key
+            slot = np.searchsorted(pattern.keys, key)
+            known = pattern.keys[np.minimum(slot, len(blocks) - 1)] == key
             np.subtract.at(blocks, slot[known], left[known])
             beyond.append((key[~known], left[~known]))
         matrix = sparse.bsr_array((blocks, coupled.indices, coupled.indptr), coupled.shape, blocksize=(m, m))

@@ -24,6 +24,7 @@ from masonry_fem.nscd.linear import Library, Solve, factorise, factorise_dense, 
 from masonry_fem.nscd.mumps import Mumps
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -48,7 +49,7 @@ class Terms:
     by_velocity : Derivative by its velocity, shape (c, d, d).
     plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
     closed : Contacts that take part, shape (c,).
-    maps : B by contact and side, shape (c, 2, d, m).
+    bodies : B by contact and side.
     coupled : Matrix of the bodies.
     unit : Impulses are solved for as unit · p.
     """
@@ -57,7 +58,7 @@ class Terms:
     by_velocity: FloatArray
     plain: Mask
     closed: Mask
-    maps: FloatArray
+    bodies: BodyMatrix
     coupled: sparse.bsr_array
     unit: float
 
@@ -170,7 +171,7 @@ class ElasticMatrix:
             coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
             coupling[~(closed[rows] & closed[self._columns])] = 0.0
             coupling[diagonal] += own[rows[diagonal]]
-        maps = np.where(closed[contact][:, None, None], terms.maps[contact, self._side], 0.0)
+        maps = np.where(closed[contact][:, None, None], terms.bodies.maps[contact, self._side], 0.0)
         return [
             coupling,
             own[self._alone],

@@ -22,7 +22,7 @@ from scipy import sparse
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
@@ -44,7 +44,13 @@ class NewtonSystem:
     problem : The contact problem.
     scale : w of each contact, shape (c,).
     library : Linear factor, see ``linear``.
+
+    Attributes
+    ----------
+    falls_back : Where iterations fail, a factor takes over.
     """
+
+    falls_back = True
 
     def __init__(self, problem: ContactProblem, scale: FloatArray, library: Library = "auto") -> None:
         self.problem = problem
@@ -61,11 +67,11 @@ class NewtonSystem:
 
     @cached_property
     def body_matrix(self) -> BodyMatrix:
-        """Pattern of the bodies' rows and columns."""
-        problem, bodies = self.problem, self.problem.bodies
-        width = np.full((*bodies.shape, self.column.shape[1]), np.inf)  # no body: nothing moves
-        width[bodies >= 0] = self.column[bodies[bodies >= 0]]
-        return BodyMatrix(bodies, problem.rigid_map / width[:, :, None], problem.body_count)
+        """The bodies' rows and columns."""
+        problem, pattern = self.problem, self.structure.pattern
+        if pattern is None or not pattern.serves(problem.bodies, problem.body_count):
+            pattern = self.structure.pattern = BodyPattern(problem.bodies, problem.body_count)
+        return BodyMatrix(pattern, problem.rigid_map, self.column)
 
     @property
     def iterates(self) -> bool:
@@ -133,7 +139,7 @@ class NewtonSystem:
         if stiffness is not None:
             total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
         self.structure.factor = None  # two at a time would take twice the memory
-        terms = Terms(own, total, same, closed, self.body_matrix.maps, coupled, self.unit)
+        terms = Terms(own, total, same, closed, self.body_matrix, coupled, self.unit)
         parts = (self, kept, gone, factors, by_velocity[gone], own)
         if self.iterates:
             return NewtonFactor(*parts, self._iteration(kept, terms), springs, kept, terms)
@@ -144,7 +150,12 @@ class NewtonSystem:
         return made
 
     def _iteration(self, kept: IntArray, terms: Terms) -> Solve:
-        """Solves by iteration, and by a factor from where that fails."""
+        """Solves by iteration, and by a factor from where that fails.
+
+        Raises
+        ------
+        StagnationError : It has failed, and no factor takes over.
+        """
         quick = self.interfaces.solver(terms, kept, self.body_matrix, self._bodies_factorised)
         factor: Solve | None = None
 
@@ -154,6 +165,8 @@ class NewtonSystem:
                 try:
                     return quick(rhs)
                 except StagnationError as failure:
+                    if not self.falls_back:
+                        raise
                     logger.info(
                         "iteration of a Newton step failed (%s); there are factors from now on", failure
                     )
@@ -243,7 +256,8 @@ class NewtonFactor:
         if given is not None:
             step[gone] += given[gone]
             force = force - (self.own @ given[:, :, None])[:, :, 0]
-        balance = balance + problem.body_impulse(step)
+        if len(gone):
+            balance = balance + problem.body_impulse(step)
         asked = np.zeros_like(force)
         asked[kept] = -force[kept]
         rhs = np.concatenate([asked[rows].ravel(), (-system.unit * balance / system.column).ravel()])
@@ -251,6 +265,8 @@ class NewtonFactor:
         contacts, bodies = np.split(answer, [rows.size * force.shape[1]])
         step[kept] = contacts.reshape(-1, force.shape[1])[np.searchsorted(rows, kept)] / system.unit
         motion = bodies.reshape(balance.shape) / system.column
+        if not len(gone):
+            return step, motion
         moved = problem.contact_velocity(motion)[gone]
         # what D⁻¹ is applied to is small where D⁻¹ is large: first the sum, then the product
         missing = missing + (self.by_velocity @ moved[:, :, None])[:, :, 0]

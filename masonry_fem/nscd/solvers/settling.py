@@ -280,7 +280,8 @@ class _Rest:
         """Its best state: first one that is good enough, then a few steps towards what is wanted."""
         found = self._enough(replace(self.settings, tolerance=self.enough))
         if found.converged and found.quality.error > self.settings.tolerance:
-            held = replace(self.held, iterations=FURTHER, rise=RISE)
+            # where iterations fail, what a factor led to was further off, and cost as much as all before it
+            held = replace(self.held, iterations=FURTHER, rise=RISE, falls_back=False)
             found = _better(found, self._solved(held, self.settings, _ahead(found)))
         return found
 

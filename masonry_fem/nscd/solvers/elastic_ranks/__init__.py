@@ -7,7 +7,7 @@ are solved for by the rank that has most of their contacts, so that steps are pr
 The bodies' matrix is factorised by MUMPS on all ranks together, or, where there are few, by each. GMRES is
 PETSc's.
 
-    division = Division(problem, elastic, body_matrix, library, team)       # once for contacts
+    division = Division(problem, elastic, pattern, library, team)           # once for contacts
     portions = Portions(problem, division, scale, body_matrix, team)        # once for a problem
     solve = portions.solver(terms, kept, body_matrix, factorised)           # once for a step
 """

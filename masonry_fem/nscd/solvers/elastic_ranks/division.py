@@ -14,7 +14,7 @@ from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.body_matrix import BodyPattern
 from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size, numbered
 from masonry_fem.nscd.solvers.elastic_ranks.share import Share
 from masonry_fem.nscd.solvers.seams import seams
@@ -35,7 +35,7 @@ class Division:
     ----------
     problem : One of them, whose operator is ``Shared``.
     elastic : Contacts that have compliance, shape (c,).
-    body_matrix : Pattern of the bodies' matrix.
+    pattern : Of the bodies' matrix.
     library : By which a rank factorises it.
     team : The ranks.
 
@@ -52,25 +52,26 @@ class Division:
         self,
         problem: ContactProblem,
         elastic: Mask,
-        body_matrix: BodyMatrix,
+        pattern: BodyPattern,
         library: Library,
         team: Leader,
     ) -> None:
         assert isinstance(problem.operator, Shared)
-        self.number, self._size, self._dimension = next(_NUMBERS), team.size, problem.dimension
+        self.number, self._size = next(_NUMBERS), team.size
+        self._dimension, self._width = problem.dimension, problem.rigid_mass.shape[1]
         self._sides, self._elastic = problem.bodies, elastic
         self._stones = [kind.contacts for kind in problem.operator.kinds]
         self._library = None if problem.body_count >= TOGETHER else library
-        self.part = _parted(body_matrix, team)
+        self.part = _parted(pattern, team)
         groups = interfaces_by_size(problem, elastic)
         self._owner = self._owners(groups)
         self.contacts = [np.flatnonzero(self._owner == rank) for rank in range(team.size)]
-        slots = body_matrix.slots[~elastic]
-        self.coupled = np.union1d(body_matrix.diagonal, slots[slots >= 0])
+        slots = pattern.slots[~elastic]
+        self.coupled = np.union1d(pattern.diagonal, slots[slots >= 0])
         self.met: list[IntArray] = []
         self._held: list[list[tuple[Mask, IntArray]]] = []  # by rank and kind: stones, and their contacts
         interface = numbered(groups, problem.count)
-        self.shares = self._shares(groups, seams(problem.operator, interface), interface, body_matrix)
+        self.shares = self._shares(groups, seams(problem.operator, interface), interface, pattern)
 
     def serves(self, problem: ContactProblem, elastic: Mask) -> bool:
         """Whether a problem has the contacts and bodies that were dealt out.
@@ -117,7 +118,7 @@ class Division:
         return owner
 
     def _shares(
-        self, groups: list[IntArray], joined: list[IntArray], interface: IntArray, body_matrix: BodyMatrix
+        self, groups: list[IntArray], joined: list[IntArray], interface: IntArray, pattern: BodyPattern
     ) -> list[Share]:
         """What each rank is given. A seam is one rank's, whoever has its contacts."""
         count = len(self._sides)
@@ -129,8 +130,8 @@ class Division:
         ranks = [_most(owner[contacts], self._size) for contacts in self._stones]
         of_seams = [_most(owner[seam], self._size) for seam in joined]
         divided = any((owner[seam] != owner[seam[:, :1]]).any() for seam in joined)
-        rows = np.repeat(np.arange(body_matrix.count), np.diff(body_matrix.pointer))
-        coupled = np.stack([body_at[rows], body_at[body_matrix.indices]])[:, self.coupled]
+        rows = np.repeat(np.arange(pattern.count), np.diff(pattern.pointer))
+        coupled = np.stack([body_at[rows], body_at[pattern.indices]])[:, self.coupled]
         made = []
         for rank in range(self._size):
             own = self.contacts[rank]
@@ -161,7 +162,7 @@ class Division:
             made.append(
                 Share(
                     dimension=self._dimension,
-                    width=body_matrix.size,
+                    width=self._width,
                     count=len(own),
                     met=len(met),
                     contacts=at[local],
@@ -182,12 +183,12 @@ class Division:
         return made
 
 
-def _parted(body_matrix: BodyMatrix, team: Leader) -> IntArray:
+def _parted(pattern: BodyPattern, team: Leader) -> IntArray:
     """Rank of each body, (b,)."""
-    count = body_matrix.count
-    rows = np.repeat(np.arange(count), np.diff(body_matrix.pointer))
-    joined = rows != body_matrix.indices
-    edges = np.stack([rows[joined], body_matrix.indices[joined]])
+    count = pattern.count
+    rows = np.repeat(np.arange(count), np.diff(pattern.pointer))
+    joined = rows != pattern.indices
+    edges = np.stack([rows[joined], pattern.indices[joined]])
     first = np.linspace(0, count, team.size + 1).astype(np.int64)
     bounds = np.searchsorted(edges[0], first)
     shares = [

@@ -57,7 +57,8 @@ def parted(
         return None
     division = structure.division
     if division is None or not division.serves(problem, elastic):
-        division = structure.division = Division(problem, elastic, body_matrix, library, leader)
+        division = Division(problem, elastic, body_matrix.pattern, library, leader)
+        structure.division = division
     return Portions(problem, division, scale, body_matrix, leader)
 
 
@@ -82,7 +83,7 @@ class Portions:
         team: Leader,
     ) -> None:
         self.problem, self.division, self.scale, self.team = problem, division, scale, team
-        self._maps = body_matrix.maps
+        self._body_matrix = body_matrix
 
     def given(self) -> list[Given]:
         """What each rank is given of the problem."""
@@ -90,7 +91,11 @@ class Portions:
         assert isinstance(operator, Shared)
         bed = operator.bed
         return [
-            Given(self.division.kinds(operator, rank), None if bed is None else bed[met], self._maps[own])
+            Given(
+                self.division.kinds(operator, rank),
+                None if bed is None else bed[met],
+                self._body_matrix.scaled(own),
+            )
             for rank, (own, met) in enumerate(zip(self.division.contacts, self.division.met, strict=True))
         ]
 

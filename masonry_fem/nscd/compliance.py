@@ -60,6 +60,13 @@ class Operator(ABC):
     def diagonal(self) -> FloatArray:
         """Each contact's own block, shape (c, d, d) [1/kg]."""
 
+    def norms(self) -> FloatArray:
+        """‖block‖₂ of each contact's own block, shape (c,) [1/kg]."""
+        from masonry_fem.nscd.contact_measures import spectral_norms  # noqa: PLC0415 - Numba is slow to import
+
+        found: FloatArray = spectral_norms(np.ascontiguousarray(self.diagonal()))
+        return found
+
     @abstractmethod
     def among(self, groups: IntArray) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
@@ -260,6 +267,7 @@ class Shared(Operator):
         self.symmetric = symmetric
         self._matrix: sparse.bsr_array | None = None
         self._diagonal: FloatArray | None = None
+        self._norms: FloatArray | None = None
         self._sound = False  # known to have no number that is not finite
         contact = np.concatenate(
             [kind.contacts.ravel() for kind in self.kinds] or [np.zeros(0, dtype=np.int64)]
@@ -304,6 +312,12 @@ class Shared(Operator):
         if self._diagonal is None:
             self._diagonal = self.among(np.arange(self.count)[:, None])
         return self._diagonal.copy()
+
+    def norms(self) -> FloatArray:
+        """‖block‖₂ of each contact's own block, shape (c,) [1/kg]."""
+        if self._norms is None:
+            self._norms = super().norms()
+        return self._norms.copy()
 
     def among(self, groups: IntArray, room: FloatArray | None = None) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d).

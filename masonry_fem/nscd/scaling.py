@@ -30,7 +30,7 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     """
     alone = problem.rigid and problem.body_count > 0
     own = rigid_diagonal(problem) if alone else _deforming(problem)
-    scale = _norm(own)
+    scale = _norm(own) if alone or _modal(problem) else problem.operator.norms()
     stiff = scale <= 0
     if not alone and stiff.any() and problem.body_count:
         rigid = rigid_diagonal(problem)[stiff]
@@ -128,11 +128,16 @@ def _deforming(problem: ContactProblem) -> FloatArray:
     from masonry_fem.nscd.transfer import rigid_blocks  # noqa: PLC0415 - Numba is slow to import
 
     own, rigid = problem.operator.diagonal(), 3 if problem.dimension == 2 else 6
-    if problem.rigid_mass.shape[1] == rigid:
+    if not _modal(problem):
         return own
     maps, mass = (np.ascontiguousarray(part[..., rigid:]) for part in (problem.rigid_map, problem.rigid_mass))
     deforming: FloatArray = own + rigid_blocks(problem.bodies, maps, mass)
     return deforming
+
+
+def _modal(problem: ContactProblem) -> bool:
+    """Whether bodies have modes in which they deform."""
+    return bool(problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6))
 
 
 def _norm(blocks: FloatArray) -> FloatArray:

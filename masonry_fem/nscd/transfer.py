@@ -155,21 +155,58 @@ def largest_side(maps: FloatArray, impulse: FloatArray) -> float:
     maps : Rigid map B by contact and side, shape (c, 2, d, m).
     impulse : p, shape (c, d).
     """
-    c, _, d, m = maps.shape
     largest = 0.0
-    for contact in range(c):
+    for contact in range(len(impulse)):
         for side in range(2):
-            square = 0.0
-            for a in range(m):
-                given = 0.0
-                for i in range(d):
-                    given += maps[contact, side, i, a] * impulse[contact, i]
-                square += given * given
+            square = _side_square(maps[contact, side], impulse[contact])
             if not square <= largest:
                 largest = square
             if largest != largest:  # noqa: PLR0124 - nan
                 return largest
     return math.sqrt(largest)
+
+
+@compiled
+def side_size(maps: FloatArray, impulse: FloatArray) -> float:
+    """Norm of what all contacts give to the rigid modes on all sides; arguments as of ``largest_side``."""
+    total = 0.0
+    for contact in range(len(impulse)):
+        for side in range(2):
+            total += _side_square(maps[contact, side], impulse[contact])
+    return math.sqrt(total)
+
+
+@compiled(inline="always")
+def _side_square(maps: FloatArray, impulse: FloatArray) -> float:
+    """‖Bᵀ p‖² of a side, from B (d, m) and p (d,)."""
+    square = 0.0
+    for a in range(maps.shape[1]):
+        given = 0.0
+        for i in range(maps.shape[0]):
+            given += maps[i, a] * impulse[i]
+        square += given * given
+    return square
+
+
+@compiled
+def column_squares(bodies: IntArray, maps: FloatArray, count: int) -> FloatArray:
+    """Squares of the lengths of the columns of B, shape (b, m).
+
+    Parameters
+    ----------
+    bodies, maps, count : As for ``to_bodies``.
+    """
+    c, _, d, m = maps.shape
+    total = np.zeros((count, m))
+    for contact in range(c):
+        for side in range(2):
+            body = bodies[contact, side]
+            if body < 0:
+                continue
+            for i in range(d):
+                for a in range(m):
+                    total[body, a] += maps[contact, side, i, a] * maps[contact, side, i, a]
+    return total
 
 
 @compiled

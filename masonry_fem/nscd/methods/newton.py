@@ -192,6 +192,7 @@ class NewtonRun:
         self.settling = Settling(problem, held)
         self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
+        self.moved: tuple[FloatArray, FloatArray, FloatArray] | None = None  # the last p and U, and their v
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
         self.until: float | None = None  # when it has to end
@@ -490,12 +491,14 @@ class NewtonRun:
         return point
 
     def _velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
-        """V of a state, shape (c, d); that of the last point is known."""
+        """V of a state, shape (c, d); those of the last point and of the last state are known."""
         if self.seen is not None:
             point = self.seen[1]
             if point.impulse is impulse and point.rigid_velocity is rigid_velocity:
                 return point.moved
-        return self.problem.velocity(impulse, rigid_velocity)
+        if self.moved is None or self.moved[0] is not impulse or self.moved[1] is not rigid_velocity:
+            self.moved = impulse, rigid_velocity, self.problem.velocity(impulse, rigid_velocity)
+        return self.moved[2]
 
     # parts
 
@@ -598,11 +601,13 @@ class NewtonRun:
 
     def _watch_equilibrium(self, before: _Round) -> float:
         """The unbalanced impulse ε (U − U_k) relative to the loads; counts the rounds it did not fall in."""
+        from masonry_fem.nscd.transfer import side_size  # noqa: PLC0415 - Numba is slow to import
+
         travelled = self.rigid_velocity - before.rigid_velocity
         left = before.mass * travelled
         loads = max(
             float(np.linalg.norm(self.problem.rigid_impulse)),
-            float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
+            float(side_size(self.problem.rigid_map, np.ascontiguousarray(self.impulse))),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
         slow = relative > 0.1 * self.escape.last

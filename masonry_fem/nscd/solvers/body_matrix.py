@@ -72,23 +72,12 @@ class BodyMatrix:
 
     def __init__(self, pattern: BodyPattern, rigid_map: FloatArray, column: FloatArray) -> None:
         self.pattern, self.size = pattern, rigid_map.shape[3]
-        self._rigid_map, self._column = rigid_map, column
+        self._rigid_map, self.column = rigid_map, column
 
     @cached_property
     def maps(self) -> FloatArray:
         """B by contact and side as its columns are scaled, shape (c, 2, d, m)."""
-        return self.scaled(slice(None))
-
-    def scaled(self, contacts: IntArray | slice) -> FloatArray:
-        """The same of some contacts.
-
-        Parameters
-        ----------
-        contacts : Their numbers.
-        """
-        width = np.append(self._column, np.full((1, self.size), np.inf), axis=0)  # no body: nothing moves
-        maps: FloatArray = self._rigid_map[contacts] / width[self.pattern.bodies[contacts]][:, :, None]
-        return maps
+        return scaled(self._rigid_map.copy(), self.pattern.bodies, self.column)
 
     def assemble(self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray) -> sparse.bsr_array:
         """Diag + Bᵀ S B over some contacts, block-sparse, shape (b m, b m).
@@ -109,3 +98,15 @@ class BodyMatrix:
             couple(contacts, pattern.bodies, self.maps, sloped, pattern.slots, blocks)
         shape = (pattern.count * m, pattern.count * m)
         return sparse.bsr_array((blocks, pattern.indices, pattern.pointer), shape=shape, blocksize=(m, m))
+
+
+def scaled(maps: FloatArray, bodies: IntArray, column: FloatArray) -> FloatArray:
+    """Divide the columns of B, where it is, by those of the bodies, and by nothing less than ∞ where none is.
+
+    Parameters
+    ----------
+    maps : B by contact and side, shape (c, 2, d, m). bodies : On the sides, −1 for none, shape (c, 2).
+    column : What is divided by, shape (b, m).
+    """
+    maps /= np.append(column, np.full((1, column.shape[1]), np.inf), axis=0)[bodies][:, :, None]
+    return maps

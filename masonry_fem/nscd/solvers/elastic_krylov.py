@@ -258,7 +258,7 @@ class Rows:
     ) -> None:
         c, _, d, m = maps.shape
         self.values: Values | None = None
-        self.bodies, self._maps = bodies, maps
+        self.bodies, self.maps = bodies, maps
         self.sets = interfaces, seams
         self.groups, self.seams = interfaces.groups, seams.groups
         self._interface: IntArray = numbered(self.groups, c) if interface is None else interface
@@ -276,7 +276,6 @@ class Rows:
         self.joined: list[FloatArray] = (
             [np.empty_like(W) for W in seams.coupling] if before is None else before.joined
         )
-        self.maps: FloatArray = np.empty_like(maps) if before is None else before.maps
         self.own: FloatArray = np.empty((len(self._interface), d, d)) if before is None else before.own
 
     def take(self, values: Values) -> None:
@@ -290,8 +289,6 @@ class Rows:
         closed = values.closed
         changed = np.ones_like(closed) if before is None else values.changed(before)
         some = np.flatnonzero(changed)
-        mine = some[: np.searchsorted(some, len(self.maps))]
-        self.maps[mine] = np.where(closed[mine, None, None, None], self._maps[mine], 0.0)
         self.own[some] = np.where(closed[some, None, None], values.own[some], np.eye(self.own.shape[1]))
         by_velocity = values.by_velocity / values.unit
         interfaces, seams = (sets.coupling for sets in self.sets)
@@ -321,6 +318,7 @@ class Rows:
         """Put down what solving for some interfaces takes, from their inverses and the bodies' places."""
         (n, k), (d, m), count = group.shape, self.maps.shape[2:], solved.given.shape[1]
         whole, given = np.zeros((n, k, d, count, m)), self.maps[group]
+        given[~values.closed[group]] = 0.0
         row, column = np.arange(n)[:, None], np.arange(k)
         for side in range(2):
             whole[row, column, :, slots[:, :, side]] = given[:, :, side]
@@ -356,13 +354,10 @@ class Rows:
 
     def to_bodies(self, impulse: FloatArray, count: int) -> FloatArray:
         """Bᵀ p of closed contacts, shape (b, m)."""
-        given: FloatArray = to_bodies(self.bodies, self.maps, impulse, count)
+        assert self.values is not None
+        pressed = np.where(self.values.closed[: len(impulse), None], impulse, 0.0)
+        given: FloatArray = to_bodies(self.bodies, self.maps, pressed, count)
         return given
-
-    def moved(self, motion: FloatArray) -> FloatArray:
-        """B U at closed contacts, shape (c, d)."""
-        velocity: FloatArray = to_contacts(self.bodies, self.maps, motion)
-        return velocity
 
     def product(self, x: FloatArray, given: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows times x and U, where x at closed contacts makes velocities ``given``, shape (c, d)."""
@@ -373,7 +368,7 @@ class Rows:
             self.own[:c],
             values.unit,
             np.ascontiguousarray(given),
-            self.moved(motion),
+            to_contacts(self.bodies, self.maps, motion),
             x,
         )
         return product

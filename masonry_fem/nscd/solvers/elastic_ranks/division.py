@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import count as numbers
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size, numbered
 from masonry_fem.nscd.solvers.elastic_ranks.share import Share
 from masonry_fem.nscd.solvers.seams import seams
 
+FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
@@ -44,6 +44,7 @@ class Division:
     number : By which ranks know it.
     part : Rank of each body, (b,).
     contacts : Of each rank its elastic ones. met : The same with the others of its seams.
+    bodies : Of each rank: its own, and others at its contacts.
     coupled : Blocks of the bodies' matrix that the leader adds: mass, and what rigid joints leave.
     shares : What each rank is given of it.
     """
@@ -69,7 +70,9 @@ class Division:
         slots = pattern.slots[~elastic]
         self.coupled = np.union1d(pattern.diagonal, slots[slots >= 0])
         self.met: list[IntArray] = []
-        self._held: list[list[tuple[Mask, IntArray]]] = []  # by rank and kind: stones, and their contacts
+        self.bodies: list[IntArray] = []
+        self._held: list[list[tuple[IntArray, IntArray]]] = []  # by rank and kind: stones and their contacts
+        self._rooms: dict[tuple[int, int], FloatArray] = {}
         interface = numbered(groups, problem.count)
         self.shares = self._shares(groups, seams(problem.operator, interface), interface, pattern)
 
@@ -99,10 +102,34 @@ class Division:
         operator : W_el of all contacts. rank : The rank.
         """
         return tuple(
-            replace(kind.some(some), contacts=contacts).bare()
-            for kind, (some, contacts) in zip(operator.kinds, self._held[rank], strict=True)
+            Kinds(
+                contacts,
+                self._taken((rank, number), kind.turns, stones),
+                kind.matrices,
+                kind.kind[stones],
+            ).bare()
+            for number, (kind, (stones, contacts)) in enumerate(
+                zip(operator.kinds, self._held[rank], strict=True)
+            )
             if len(contacts)
         )
+
+    def maps(self, rigid_map: FloatArray, rank: int) -> FloatArray:
+        """B of a rank's own contacts, shape (k, 2, d, m): written over when it is asked for again.
+
+        Parameters
+        ----------
+        rigid_map : That of all contacts, shape (c, 2, d, m). rank : The rank.
+        """
+        return self._taken((rank, -1), rigid_map, self.contacts[rank])
+
+    def _taken(self, name: tuple[int, int], values: FloatArray, rows: IntArray) -> FloatArray:
+        """Some rows of an array, where those that had the name last were: new memory is slow."""
+        shape = (len(rows), *values.shape[1:])
+        room = self._rooms.get(name)
+        if room is None or room.shape != shape:
+            room = self._rooms[name] = np.empty(shape)
+        return np.take(values, rows, axis=0, out=room, mode="clip")
 
     def _owners(self, groups: list[IntArray]) -> IntArray:
         """Rank of each elastic contact, −1 for others, (c,).
@@ -147,7 +174,7 @@ class Division:
             place[local] = np.arange(len(local))
             stones = []
             for contacts, of in zip(self._stones, ranks, strict=True):
-                some = (of == rank) | near[contacts].any(axis=1)
+                some = np.flatnonzero((of == rank) | near[contacts].any(axis=1))
                 stones.append((some, place[contacts[some]]))
             self.met.append(met)
             self._held.append(stones)
@@ -157,6 +184,7 @@ class Division:
             its = np.flatnonzero(self.part == rank)
             others = np.setdiff1d(sides[sides >= 0], its)
             bodies = np.concatenate([its, others])
+            self.bodies.append(bodies)
             number = np.full(len(self.part) + 1, -1)
             number[bodies] = np.arange(len(bodies))
             made.append(
@@ -167,7 +195,7 @@ class Division:
                     met=len(met),
                     contacts=at[local],
                     stones=tuple(
-                        of[some] == rank for of, (some, _) in zip(ranks, stones, strict=True) if some.any()
+                        of[some] == rank for of, (some, _) in zip(ranks, stones, strict=True) if len(some)
                     ),
                     groups=[part for part in parts if len(part)],
                     seams=[seam for seam in whole if len(seam)],

@@ -12,6 +12,7 @@ from masonry_fem.host.memory import keep
 from masonry_fem.host.ranks import Member
 from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.mumps import petsc
+from masonry_fem.nscd.solvers.body_matrix import scaled
 from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
@@ -122,7 +123,8 @@ class Portion:
                 sets = Sets.of(whole, share.groups), Sets.of(whole, share.seams)
             else:
                 sets = self._rows.sets[0].again(whole), self._rows.sets[1].again(whole)
-            return Rows(share.bodies, problem.maps, *sets, share.interface, self._rows)
+            maps = scaled(problem.maps, share.bodies, problem.column)
+            return Rows(share.bodies, maps, *sets, share.interface, self._rows)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""

@@ -47,7 +47,7 @@ def parted(
     ----------
     problem : The contact problem.
     elastic : Contacts that have compliance, shape (c,).
-    scale, body_matrix : As for ``Portions``.
+    scale : As for ``Portions``. body_matrix : What makes the bodies' matrix.
     library : By which a rank factorises the bodies' matrix.
     structure : What is kept from one problem of these contacts to the next.
     """
@@ -59,7 +59,7 @@ def parted(
     if division is None or not division.serves(problem, elastic):
         division = Division(problem, elastic, body_matrix.pattern, library, leader)
         structure.division = division
-    return Portions(problem, division, scale, body_matrix, leader)
+    return Portions(problem, division, scale, body_matrix.column, leader)
 
 
 class Portions:
@@ -70,7 +70,7 @@ class Portions:
     problem : Whose operator is ``Shared``.
     division : Its contacts and bodies dealt to ranks.
     scale : w of each contact, by which residuals are measured, shape (c,).
-    body_matrix : B by contact and side.
+    column : What each column of B is divided by, shape (b, m).
     team : The ranks.
     """
 
@@ -79,24 +79,25 @@ class Portions:
         problem: ContactProblem,
         division: Division,
         scale: FloatArray,
-        body_matrix: BodyMatrix,
+        column: FloatArray,
         team: Leader,
     ) -> None:
         self.problem, self.division, self.scale, self.team = problem, division, scale, team
-        self._body_matrix = body_matrix
+        self._column = column
 
     def given(self) -> list[Given]:
         """What each rank is given of the problem."""
-        operator = self.problem.operator
+        operator, division = self.problem.operator, self.division
         assert isinstance(operator, Shared)
         bed = operator.bed
         return [
             Given(
-                self.division.kinds(operator, rank),
+                division.kinds(operator, rank),
                 None if bed is None else bed[met],
-                self._body_matrix.scaled(own),
+                division.maps(self.problem.rigid_map, rank),
+                self._column[bodies],
             )
-            for rank, (own, met) in enumerate(zip(self.division.contacts, self.division.met, strict=True))
+            for rank, (met, bodies) in enumerate(zip(division.met, division.bodies, strict=True))
         ]
 
     def solver(

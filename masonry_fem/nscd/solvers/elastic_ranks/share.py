@@ -64,11 +64,13 @@ class Given(NamedTuple):
     kinds : Stones of which some contact is its own, kind by kind.
     bed : Of its own contacts and those of its seams, shape (met, d); None: none.
     maps : B of its own contacts, shape (c, 2, d, m).
+    column : What the columns of B are to be divided by, by body, shape (b, m).
     """
 
     kinds: tuple[Kinds, ...]
     bed: FloatArray | None
     maps: FloatArray
+    column: FloatArray
 
 
 # Of a rank's own contacts and those of its seams, and blocks that it adds to the bodies' matrix

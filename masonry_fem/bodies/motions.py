@@ -220,6 +220,77 @@ def carried(turned: FloatArray, shift: FloatArray, arms: FloatArray, body: IntAr
 
 
 @compiled
+def by_block(matrices: FloatArray, blocks: IntArray, vectors: FloatArray) -> FloatArray:
+    """Products of the blocks' matrices with vectors, each with that of its block, shape (k, i).
+
+    Parameters
+    ----------
+    matrices : Of the blocks, shape (b, i, j). blocks : Of each vector, shape (k,). vectors : Shape (k, j).
+    """
+    (k, columns), rows = vectors.shape, matrices.shape[1]
+    products = np.empty((k, rows))
+    for number in range(k):
+        for i in range(rows):
+            total = 0.0
+            for j in range(columns):
+                total += matrices[blocks[number], i, j] * vectors[number, j]
+            products[number, i] = total
+    return products
+
+
+@compiled
+def turned_frames(frames: FloatArray, matrices: FloatArray, blocks: IntArray) -> FloatArray:
+    """Products of frames with the matrices of their blocks, shape (k, d, d).
+
+    Parameters
+    ----------
+    frames : Shape (k, d, d). matrices : Of the blocks, shape (b, d, d). blocks : Of each frame, shape (k,).
+    """
+    k, d, _ = frames.shape
+    turned = np.empty((k, d, d))
+    for number in range(k):
+        for i in range(d):
+            for j in range(d):
+                total = 0.0
+                for inner in range(d):
+                    total += frames[number, i, inner] * matrices[blocks[number], inner, j]
+                turned[number, i, j] = total
+    return turned
+
+
+@compiled
+def put_maps(maps: FloatArray, contact: IntArray, side: IntArray, local: FloatArray) -> None:
+    """Put what blocks give at contact sides into the rigid map, negative at antagonists.
+
+    Parameters
+    ----------
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    contact, side : Of each of the sides, shape (k,). local : Without signs, shape (k, d, m).
+    """
+    k, d, m = local.shape
+    for number in range(k):
+        sign = 1.0 - 2.0 * side[number]
+        for i in range(d):
+            for a in range(m):
+                maps[contact[number], side[number], i, a] = sign * local[number, i, a]
+
+
+@compiled
+def add_signed(velocity: FloatArray, contact: IntArray, side: IntArray, local: FloatArray) -> None:
+    """Add velocities of contact sides (k, d) to those of contacts (c, d), negative at antagonists.
+
+    Parameters
+    ----------
+    velocity : What is added to, shape (c, d). contact, side : Of each of the sides, shape (k,).
+    local : Shape (k, d).
+    """
+    for number in range(len(contact)):
+        sign = 1.0 - 2.0 * side[number]
+        for i in range(local.shape[1]):
+            velocity[contact[number], i] += sign * local[number, i]
+
+
+@compiled
 def moments(arms: FloatArray, forces: FloatArray) -> FloatArray:
     """Moment ``arm × force``, shape (k, 1 or 3) [N m].
 

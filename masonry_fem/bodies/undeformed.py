@@ -28,7 +28,7 @@ from masonry_fem.bodies.base import (
     StressError,
     StressField,
 )
-from masonry_fem.bodies.rotation import lever, moment, spin_count
+from masonry_fem.bodies.rotation import moment, spin_count
 from masonry_fem.solid.assembly import Assembly
 
 
@@ -327,10 +327,3 @@ def _carried(state: Placed, arms: FloatArray, body: IntArray) -> FloatArray:
 
     moved: FloatArray = carried(state.turned, state.shift, arms, body)
     return moved
-
-
-def translation_and_spin(arms: FloatArray) -> FloatArray:
-    """Velocity at arms from the centre for unit velocities and spins, shape (k, d, m)."""
-    count, d = arms.shape
-    unit = np.broadcast_to(np.eye(d), (count, d, d))
-    return np.concatenate([unit, lever(arms)], axis=2)

@@ -105,12 +105,19 @@ class ElasticAttachment[S: Deformed](ABC):
 
     def elastic_velocity(self, elastic: FloatArray, seen: FloatArray) -> FloatArray:
         """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
-        local: FloatArray = np.einsum("kij,kj->ki", self._local(seen), self._at_points(elastic))
+        from masonry_fem.bodies.motions import by_block  # noqa: PLC0415 - Numba is slow to import
+
+        world = by_block(self.group.rotation, self.sides.body, self._at_points(elastic))
+        local: FloatArray = np.einsum("kij,kj->ki", seen, world)
         return local
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray:
         """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n) [N s]."""
-        own = np.einsum("kij,ki->kj", self._local(seen), impulses)
+        from masonry_fem.bodies.motions import by_block  # noqa: PLC0415 - Numba is slow to import
+
+        world = np.einsum("kij,ki->kj", seen, impulses)
+        back = np.ascontiguousarray(np.swapaxes(self.group.rotation, 1, 2))
+        own = by_block(back, self.sides.body, world)
         nodal: FloatArray = (self._interpolation.T @ own).reshape(self.group.count, -1)
         return nodal
 
@@ -166,7 +173,9 @@ class ElasticAttachment[S: Deformed](ABC):
 
     def _local(self, frames: FloatArray) -> FloatArray:
         """Frames seen from the shape axes, shape (k, d, d)."""
-        turned: FloatArray = frames @ self.group.rotation[self.sides.body]
+        from masonry_fem.bodies.motions import turned_frames  # noqa: PLC0415 - Numba is slow to import
+
+        turned: FloatArray = turned_frames(frames, self.group.rotation, self.sides.body)
         return turned
 
     def _unturned(self, rows: IntArray) -> FloatArray:

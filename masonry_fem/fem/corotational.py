@@ -48,7 +48,6 @@ from masonry_fem.bodies.rotation import (
     settled_spin,
     turned_by,
 )
-from masonry_fem.bodies.undeformed import translation_and_spin
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
 from masonry_fem.fem.balance import products
@@ -463,29 +462,33 @@ class TurningAttachment(ElasticAttachment[TurningState]):
 
     def displacements(self, state: TurningState) -> FloatArray:
         """How far the material points have gone, shape (k, d) [m]."""
+        from masonry_fem.bodies.motions import by_block, carried  # noqa: PLC0415 - Numba is slow to import
+
         body = self.sides.body
-        moved = state.shift[body] + np.einsum("kij,kj->ki", state.turned[body], self.arms)
-        moved += np.einsum("kij,kj->ki", state.rotation[body], self._at_points(state.displacement))
-        world: FloatArray = np.einsum("kij,kj->ki", self.group.rotation[body], moved)
+        moved = carried(state.turned, state.shift, self.arms, body)
+        moved += by_block(state.rotation, body, self._at_points(state.displacement))
+        world: FloatArray = by_block(self.group.rotation, body, moved)
         return world
 
     def rotations(self, state: TurningState) -> FloatArray:
         """How the frames have turned since the reference configuration, world axes, shape (k, d, d)."""
-        body = self.sides.body
-        turn = self.group.rotation[body]
-        turned: FloatArray = turn @ state.rotation[body] @ np.swapaxes(turn, 1, 2)
-        return turned
+        turn = self.group.rotation
+        turned: FloatArray = turn @ state.rotation @ np.swapaxes(turn, 1, 2)
+        return turned[self.sides.body]
 
     def rigid_map(self, state: TurningState, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, of the frame of the block at ``points`` for unit U, shape (k, d, m)."""
+        from masonry_fem.bodies.motions import side_maps  # noqa: PLC0415 - Numba is slow to import
+
         body, d = self.sides.body, self.group.dimension
         shifts, spins = _per_unit(self.group.modes)
         arms = self.group.to_shape(body, points) - self.group.modes.centroid - state.shift[body]
-        rates = translation_and_spin(arms)
-        rates[:, :, :d] *= shifts
-        turned = rates[:, :, d:] if d == 2 else rates[:, :, d:] @ state.rotation[body]
-        rates[:, :, d:] = turned @ spins
-        seen: FloatArray = self._local(frames) @ rates
+        if d == 2:
+            axes, of_spins = np.zeros((0, 3, 3)), 1.0 / spins[0]
+        else:
+            axes, of_spins = state.rotation @ spins, np.ones(3)
+        scale = np.tile(np.append(np.full(d, 1.0 / shifts), of_spins), (self.group.count, 1))
+        seen: FloatArray = side_maps(self._local(frames), arms, axes, scale, body)
         return seen
 
 

@@ -192,24 +192,28 @@ class Coupling:
     def _mapped(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         c, d = here.points.shape
         m = 3 if d == 2 else 6
+        from masonry_fem.bodies.motions import put_maps  # noqa: PLC0415 - Numba is slow to import
+
         rigid_map = np.zeros((c, 2, d, m))
         if self.model.fixed:
             states = tuple(group.rest() for group in self.model.groups)
         for sides, attachment, state in zip(self.sides, self.attachments, states, strict=True):
             arms = here.arms[sides.contact, sides.side]
             local = attachment.rigid_map(state, arms, here.frame[sides.contact])
-            rigid_map[sides.contact, sides.side] = SIGN[sides.side, None, None] * local
+            put_maps(rigid_map, sides.contact, sides.side, local)
         return rigid_map
 
     def elastic_velocity(self, fields: tuple[FloatArray | None, ...], here: Placement) -> FloatArray:
         """Relative velocity of nodal fields (one a group) in the local frames, shape (c, d)."""
+        from masonry_fem.bodies.motions import add_signed  # noqa: PLC0415 - Numba is slow to import
+
         velocity = np.zeros(here.points.shape)
         for sides, attachment, nodal, seen in zip(
             self.sides, self.attachments, fields, here.seen, strict=True
         ):
             if nodal is not None and seen is not None:
                 local = attachment.elastic_velocity(nodal, seen)
-                np.add.at(velocity, sides.contact, SIGN[sides.side, None] * local)
+                add_signed(velocity, sides.contact, sides.side, local)
         return velocity
 
     def rigid_velocity(self, rigid: tuple[FloatArray, ...], rigid_map: FloatArray) -> FloatArray:

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from masonry_fem.bodies.motions import side_maps, spun, turned_moments, turns, wrenches
+from masonry_fem.bodies.motions import (
+    add_signed,
+    by_block,
+    put_maps,
+    side_maps,
+    spun,
+    turned_frames,
+    turned_moments,
+    turns,
+    wrenches,
+)
 from masonry_fem.bodies.rotation import IDENTITY, exponential
 
 
@@ -62,3 +72,21 @@ def test_moments_of_forces_on_turned_arms_and_at_contacts(dimension):
     both = wrenches(np.array([[1, 0]]), np.array([[arm, 2 * arm]]), force[None], 2)
     np.testing.assert_allclose(both[1], np.concatenate([force, moment(arm)]), rtol=1e-14)
     np.testing.assert_allclose(both[0], -np.concatenate([force, moment(2 * arm)]), rtol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_products_by_block_and_by_side_are_those_of_numpy(dimension):
+    rng = np.random.default_rng(dimension)
+    matrices, blocks = rng.normal(size=(5, dimension, dimension)), rng.integers(0, 5, 30)
+    vectors, frames = rng.normal(size=(30, dimension)), rng.normal(size=(30, dimension, dimension))
+    expected = (matrices[blocks] @ vectors[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(by_block(matrices, blocks, vectors), expected, rtol=0, atol=1e-14)
+    turned = turned_frames(frames, matrices, blocks)
+    np.testing.assert_allclose(turned, frames @ matrices[blocks], rtol=0, atol=1e-14)
+    contact, side = np.arange(30) // 2, np.arange(30) % 2
+    maps, velocity = np.zeros((15, 2, dimension, dimension)), np.ones((15, dimension))
+    put_maps(maps, contact, side, frames)
+    add_signed(velocity, contact, side, vectors)
+    np.testing.assert_array_equal(maps[:, 0], frames[::2])
+    np.testing.assert_array_equal(maps[:, 1], -frames[1::2])
+    np.testing.assert_allclose(velocity, 1.0 + vectors[::2] - vectors[1::2], rtol=0, atol=1e-15)

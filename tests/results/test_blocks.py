@@ -7,7 +7,12 @@ import pytest
 
 from masonry_fem.output.strength import principal, von_mises
 from masonry_fem.records.told import write
-from masonry_fem.results.blocks import status_counts, stress_summary, weighted_quantile
+from masonry_fem.results.blocks import (
+    _greatest_principal,
+    status_counts,
+    stress_summary,
+    weighted_quantile,
+)
 
 
 def test_stress_summary_finds_extremes_and_their_blocks(elastic):
@@ -62,3 +67,16 @@ def test_summary_is_plain_json_and_replaced_whole(tmp_path):
     read = json.loads(path.read_text(encoding="utf-8"))
     assert read == {"a": 0.1, "b": [0, 1], "c": None, "d": {"é": [3, None, True]}, "p": str(tmp_path)}
     assert [p.name for p in path.parent.iterdir()] == ["summary.json"]
+
+
+@pytest.mark.parametrize("shift", [0.0, -30.0, 30.0])
+def test_the_greatest_principal_stress_is_found_among_few(shift):
+    rng = np.random.default_rng(3)
+    sigma = rng.normal(size=(400, 6))
+    sigma[:, :3] += shift
+    sigma[200:] = sigma[:200, [1, 2, 0, 4, 5, 3]]  # the same in other axes
+    values = principal(sigma)[0]
+    for sign, expected in ((1, values.max()), (-1, values.min())):
+        number, found = _greatest_principal(sigma, von_mises(sigma), sign)
+        assert found == expected
+        assert expected in values[number]

@@ -125,7 +125,7 @@ def stress_summary(model: Model, state: SystemState) -> Stress | None:
 def _greatest_principal(sigma: FloatArray, mises: FloatArray, sign: int = 1) -> tuple[int, float]:
     """Which of all stresses (k, 6) has the greatest principal one, or the least one (sign −1), and that.
 
-    It lies above the mean normal stress by a third to two thirds of von Mises' stress (k,): few are looked at.
+    It lies above the mean normal stress by a third to two thirds of von Mises' (k,): few are looked at.
     """
     mean = sign * sigma[:, :3].mean(axis=1)
     known = (mean + mises / 3).max() - ROUNDING * (np.abs(mean) + mises).max()

@@ -131,7 +131,7 @@ class _Round:
     mass: FloatArray  # ε, zero where M_r > 0, shape (b, m)
     alpha: float
     slip: FloatArray | None = None  # v at the centre where slip is held, shape (c, d)
-    came: tuple[FloatArray, FloatArray] | None = None  # how far p and U came in the round before
+    came: tuple[FloatArray, FloatArray, FloatArray] | None = None  # how far p, U, v came in the round before
     steps: int = 0
     residuals: list[float] = field(default_factory=list)
 
@@ -301,13 +301,13 @@ class NewtonRun:
             return full
         return self._search(here, change, motion, full)
 
-    def _set_off(self) -> tuple[FloatArray, FloatArray]:
-        """Impulses and U to step from: of a round that holds slip ahead of its centre, as it will go on."""
+    def _set_off(self) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        """P, U and, if known, v to step from: of a round that holds slip ahead of its centre, as it goes on."""
         now = self.round
-        if now.came is None or now.steps:
-            return self.impulse, self.rigid_velocity
-        impulse, rigid_velocity = now.came
-        return self.impulse + _AHEAD * impulse, self.rigid_velocity + _AHEAD * rigid_velocity
+        if now.came is None or now.slip is None or now.steps:
+            return self.impulse, self.rigid_velocity, None
+        impulse, rigid_velocity, velocity = (_AHEAD * way for way in now.came)
+        return self.impulse + impulse, self.rigid_velocity + rigid_velocity, now.slip + velocity
 
     def _led_on(self, here: _Point, velocity: FloatArray) -> _Point:
         """The point linearised where the problem before was solved: its statuses, and what has changed."""
@@ -572,7 +572,9 @@ class NewtonRun:
                 return Outcome.NO_EQUILIBRIUM
         self.round = self._new_round()
         if before.slip is not None:
-            self.round.came = self.impulse - before.impulse, self.rigid_velocity - before.rigid_velocity
+            here = self._velocity(self.impulse, self.rigid_velocity)
+            rigid = self.rigid_velocity - before.rigid_velocity
+            self.round.came = self.impulse - before.impulse, rigid, here - before.slip
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
         stuck = self.idle >= self.settings.patience and not self.escape.rounds

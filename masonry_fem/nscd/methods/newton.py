@@ -302,7 +302,7 @@ class NewtonRun:
         return self._search(here, change, motion, full)
 
     def _set_off(self) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-        """P, U and, if known, v to step from: ahead of its centre in a round that holds slip, as it goes on."""
+        """P, U and, if known, v to step from: of a round that holds slip ahead of its centre, as it goes."""
         now = self.round
         if now.came is None or now.slip is None or now.steps:
             return self.impulse, self.rigid_velocity, None

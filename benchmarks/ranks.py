@@ -3,6 +3,7 @@
     python -m benchmarks.ranks                        # 40×40 bricks on one and two ranks
     python -m benchmarks.ranks --size 20 --ranks 1 2 4
     python -m benchmarks.ranks --times 2              # each twice in the same processes, the second is told
+    python -m benchmarks.ranks --size 70 --weak       # as many bricks a rank: 70×70 on one, 99×99 on two
 
 One rank does the same as several, with all of the wall for its part. CPU times count what MPI waits for other
 ranks: where cores are shared, the rows ``exchange`` and ``handed`` are mostly that. The second time hardly
@@ -71,13 +72,17 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=40)
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--times", type=int, default=1)
+    parser.add_argument("--weak", action="store_true", help="walls grow with the number of ranks")
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
         worked(options.size, options.times)
         return
+    rows = []
     for count in options.ranks:
-        told = started(options.size, count, options.times)
+        size = round(options.size * count**0.5) if options.weak else options.size
+        told = started(size, count, options.times)
+        rows.append((size, count, told))
         error = told["certificate"]["natural_map"]
         print(f"\n{told['contacts']} contacts, {count} ranks: {told['outcome']}, natural map {error:.1e}, ")
         print(f"solve {told['seconds']['solve']:.2f} s of CPU on the rank that leads\n")
@@ -89,6 +94,12 @@ def main() -> None:
                 max(work["times"]),
             )
             print(f"| {kind} | {' | '.join(map(str, cells))} |")
+    print("\n| bricks | ranks | contacts a rank | Newton steps | linear systems | solve [s] |")
+    print("|---|---|---|---|---|---|")
+    for size, count, told in rows:
+        steps, systems = told["solver"]["iterations"], told["solver"]["linear_solves"]
+        each, seconds = round(told["contacts"] / count), told["seconds"]["solve"]
+        print(f"| {size}×{size} | {count} | {each} | {steps} | {systems} | {seconds:.2f} |")
 
 
 if __name__ == "__main__":

@@ -96,7 +96,9 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
             return None
     if not first.solution.solved:
         return None
-    found = turned(rounds, first, error)
+    begun = [first]  # which is let go when others are nearer: a round is as large as all contacts
+    del first
+    found = turned(rounds, begun.pop(), error)
     return None if found.strayed or not found.made.solution.solved else found
 
 
@@ -125,6 +127,7 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
     """
     made, places, idle, count = first, _Places(rounds), 0, 0
     tolerance, least, best = rounds.settings.tolerance, np.inf, Turned(first, rounds.start, strayed=True)
+    del first
     while True:
         there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
         left, missed = _left(rounds, made, there)

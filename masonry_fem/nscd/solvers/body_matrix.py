@@ -43,7 +43,7 @@ class BodyPattern:
         own = np.arange(count) * (count + 1)
         pattern, place = np.unique(np.concatenate([own, keys[~absent]]), return_inverse=True)
         self.keys = pattern
-        self.diagonal = place[:count]
+        self.diagonal = place[:count].copy()  # not all of them with it
         self.slots = np.full(keys.shape, -1, dtype=np.int64)
         self.slots[~absent] = place[count:]
         rows = pattern // max(count, 1)

@@ -148,67 +148,85 @@ class Division:
         self, groups: list[IntArray], joined: list[IntArray], interface: IntArray, pattern: BodyPattern
     ) -> list[Share]:
         """What each rank is given. A seam is one rank's, whoever has its contacts."""
-        count = len(self._sides)
-        at = np.full(count + 1, -1)  # contacts rank after rank; the last is nobody's
-        at[np.concatenate(self.contacts)] = np.arange(sum(map(len, self.contacts)))
-        body_at = np.empty(len(self.part), dtype=np.int64)
-        body_at[np.argsort(self.part, kind="stable")] = np.arange(len(self.part))
-        owner = np.append(self._owner, -1)
-        ranks = [_most(owner[contacts], self._size) for contacts in self._stones]
-        of_seams = [_most(owner[seam], self._size) for seam in joined]
+        owner = np.append(self._owner, -1)  # the last is that of no contact
+        of_stones, of_seams = (
+            [_most(owner[some], self._size) for some in sets] for sets in (self._stones, joined)
+        )
         divided = any((owner[seam] != owner[seam[:, :1]]).any() for seam in joined)
+        at = _places(np.concatenate(self.contacts), len(self._sides))  # contacts rank after rank
+        body_at = _places(np.argsort(self.part, kind="stable"), len(self.part))
         rows = np.repeat(np.arange(pattern.count), np.diff(pattern.pointer))
         coupled = np.stack([body_at[rows], body_at[pattern.indices]])[:, self.coupled]
         made = []
         for rank in range(self._size):
-            own = self.contacts[rank]
-            near = np.zeros(count + 1, dtype=bool)
-            for seam, of in zip(joined, of_seams, strict=True):
-                near[seam[of == rank]] = True
-            near[own] = True
-            met = np.concatenate([own, np.flatnonzero(near & (owner != rank))])
-            touched = [contacts[of == rank].ravel() for contacts, of in zip(self._stones, ranks, strict=True)]
-            beside = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *touched]))
-            local = np.concatenate([met, beside[(beside >= 0) & ~near[beside]]])
-            place = np.full(count + 1, -1)
-            place[local] = np.arange(len(local))
-            stones = []
-            for contacts, of in zip(self._stones, ranks, strict=True):
-                some = np.flatnonzero((of == rank) | near[contacts].any(axis=1))
-                stones.append((some, place[contacts[some]]))
+            its = [seam[of == rank] for seam, of in zip(joined, of_seams, strict=True)]
+            met, local = self._contacts_of(rank, its, of_stones)
+            place = _places(local, len(self._sides))
+            own = [group[owner[group[:, 0]] == rank] for group in groups]
+            stones = self._stones_of(rank, met, of_stones)
             self.met.append(met)
-            self._held.append(stones)
-            parts = [place[group[owner[group[:, 0]] == rank]] for group in groups]
-            whole = [place[seam[of == rank]] for seam, of in zip(joined, of_seams, strict=True)]
-            sides = self._sides[own]
-            its = np.flatnonzero(self.part == rank)
-            others = np.setdiff1d(sides[sides >= 0], its)
-            bodies = np.concatenate([its, others])
-            self.bodies.append(bodies)
-            number = np.full(len(self.part) + 1, -1)
-            number[bodies] = np.arange(len(bodies))
+            self.bodies.append(self._bodies_of(rank))
+            self._held.append(
+                [(some, place[contacts[some]]) for contacts, some in zip(self._stones, stones, strict=True)]
+            )
             made.append(
                 Share(
                     dimension=self._dimension,
                     width=self._width,
-                    count=len(own),
+                    count=len(self.contacts[rank]),
                     met=len(met),
                     contacts=at[local],
                     stones=tuple(
-                        of[some] == rank for of, (some, _) in zip(ranks, stones, strict=True) if len(some)
+                        of[some] == rank for of, some in zip(of_stones, stones, strict=True) if len(some)
                     ),
-                    groups=[part for part in parts if len(part)],
-                    seams=[seam for seam in whole if len(seam)],
+                    groups=[place[group] for group in own if len(group)],
+                    seams=[place[seam] for seam in its if len(seam)],
                     interface=interface[met],
                     divided=divided,
-                    bodies=number[sides],
-                    places=body_at[bodies],
-                    own=len(its),
+                    bodies=_places(self.bodies[rank], len(self.part))[self._sides[self.contacts[rank]]],
+                    places=body_at[self.bodies[rank]],
+                    own=int((self.part == rank).sum()),
                     coupled=coupled if rank == 0 else coupled[:, :0],
                     library=self._library,
                 )
             )
         return made
+
+    def _contacts_of(
+        self, rank: int, its: list[IntArray], of_stones: list[IntArray]
+    ) -> tuple[IntArray, IntArray]:
+        """Contacts of a rank and its seams, (m,); the same, and those that its stones touch beside, (t,)."""
+        near = self._near(np.concatenate([self.contacts[rank], *(seam.ravel() for seam in its)]))
+        met = np.concatenate([self.contacts[rank], np.flatnonzero(near[:-1] & (self._owner != rank))])
+        touched = [contacts[of == rank].ravel() for contacts, of in zip(self._stones, of_stones, strict=True)]
+        beside = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *touched]))
+        return met, np.concatenate([met, beside[(beside >= 0) & ~near[beside]]])
+
+    def _stones_of(self, rank: int, met: IntArray, of_stones: list[IntArray]) -> list[IntArray]:
+        """Stones of a rank, and those at its contacts and its seams' ones, kind by kind."""
+        near = self._near(met)
+        return [
+            np.flatnonzero((of == rank) | near[contacts].any(axis=1))
+            for contacts, of in zip(self._stones, of_stones, strict=True)
+        ]
+
+    def _bodies_of(self, rank: int) -> IntArray:
+        """Bodies of a rank, and others at its contacts, (b,)."""
+        its, sides = np.flatnonzero(self.part == rank), self._sides[self.contacts[rank]]
+        return np.concatenate([its, np.setdiff1d(sides[sides >= 0], its)])
+
+    def _near(self, contacts: IntArray) -> Mask:
+        """Which contacts are among some, (c + 1,): the last is none."""
+        near = np.zeros(len(self._sides) + 1, dtype=bool)
+        near[contacts] = True
+        return near
+
+
+def _places(values: IntArray, count: int) -> IntArray:
+    """Where each of ``count`` numbers, and at the end none, stands among some; −1: nowhere, (count + 1,)."""
+    places = np.full(count + 1, -1)
+    places[values] = np.arange(len(values))
+    return places
 
 
 def _parted(pattern: BodyPattern, team: Leader) -> IntArray:

@@ -104,12 +104,13 @@ def curnier(
         if is_open[contact] or sticks[contact]:
             share = 1.0 if sticks[contact] else 0.0
             for i in range(d):
-                residual[contact, i] = r * v[i] if sticks[contact] else p[i]
+                # r v itself where it sticks would show velocities that are rounding beside the impulse
+                residual[contact, i] = p[i] - (p[i] - r * v[i]) if sticks[contact] else p[i]
                 for j in range(d):
                     by_velocity[contact, i, j] = share if i == j else 0.0
                     by_impulse[contact, i, j] = 1.0 - share if i == j else 0.0
             continue
-        residual[contact, 0] = r * v[0]
+        residual[contact, 0] = p[0] - normal
         by_velocity[contact, 0, 0], by_impulse[contact, 0, 0] = 1.0, 0.0
         for i in range(1, d):
             along = (first if i == 1 else second) / size

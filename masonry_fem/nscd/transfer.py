@@ -168,7 +168,12 @@ def largest_side(maps: FloatArray, impulse: FloatArray) -> float:
 
 @compiled
 def side_size(maps: FloatArray, impulse: FloatArray) -> float:
-    """Norm of what all contacts give to the rigid modes on all sides; arguments as of ``largest_side``."""
+    """Norm of what all contacts give to the rigid modes on all sides.
+
+    Parameters
+    ----------
+    maps, impulse : As for ``largest_side``.
+    """
     total = 0.0
     for contact in range(len(impulse)):
         for side in range(2):

@@ -5,7 +5,7 @@ import pytest
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.contact_measures import measured, spectral_norms
-from masonry_fem.nscd.transfer import column_squares, largest_side, longest, side_size
+from masonry_fem.nscd.transfer import largest_side, longest, side_size
 
 
 def contacts(dimension, count=300):
@@ -56,15 +56,3 @@ def test_impulses_on_sides_and_the_longest_row():
     assert side_size(maps, impulse) == pytest.approx(np.linalg.norm(sides), rel=1e-14)
     assert longest(impulse) == pytest.approx(np.linalg.norm(impulse, axis=1).max(), rel=1e-15)
     assert longest(np.zeros((0, 3))) == 0.0
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_columns_of_the_rigid_map_are_as_long_as_those_of_its_matrix(dimension):
-    rng = np.random.default_rng(2)
-    maps = rng.normal(size=(40, 2, dimension, 3 * dimension - 3))
-    bodies = rng.integers(-1, 7, size=(40, 2))
-    bodies[bodies[:, 0] == bodies[:, 1], 1] = -1
-    whole = np.zeros((40, dimension, 7, maps.shape[3]))
-    for contact, side in np.argwhere(bodies >= 0):
-        whole[contact, :, bodies[contact, side]] += maps[contact, side]
-    np.testing.assert_allclose(column_squares(bodies, maps, 7), (whole**2).sum(axis=(0, 1)), rtol=1e-14)

@@ -190,10 +190,10 @@ class Coupling:
         return cached.rigid_map
 
     def _mapped(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
-        c, d = here.points.shape
-        m = 3 if d == 2 else 6
         from masonry_fem.bodies.motions import put_maps  # noqa: PLC0415 - Numba is slow to import
 
+        c, d = here.points.shape
+        m = 3 if d == 2 else 6
         rigid_map = np.zeros((c, 2, d, m))
         if self.model.fixed:
             states = tuple(group.rest() for group in self.model.groups)

@@ -96,7 +96,7 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
             return None
     if not first.solution.solved:
         return None
-    begun = [first]  # which is let go when others are nearer: a round is as large as all contacts
+    begun = [first]  # held by no name here, so that it can be freed once another round is nearer
     del first
     found = turned(rounds, begun.pop(), error)
     return None if found.strayed or not found.made.solution.solved else found

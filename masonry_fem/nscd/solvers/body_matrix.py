@@ -101,7 +101,7 @@ class BodyMatrix:
 
 
 def scaled(maps: FloatArray, bodies: IntArray, column: FloatArray) -> FloatArray:
-    """Divide the columns of B, where it is, by those of the bodies, and by nothing less than ∞ where none is.
+    """B with its columns divided, in the same memory; 0 where a side has no body.
 
     Parameters
     ----------

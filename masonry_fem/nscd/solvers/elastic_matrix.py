@@ -49,7 +49,7 @@ class Terms:
     by_velocity : Derivative by its velocity, shape (c, d, d).
     plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
     closed : Contacts that take part, shape (c,).
-    bodies : B by contact and side.
+    body_matrix : What has B by contact and side.
     coupled : Matrix of the bodies.
     unit : Impulses are solved for as unit · p.
     """
@@ -58,7 +58,7 @@ class Terms:
     by_velocity: FloatArray
     plain: Mask
     closed: Mask
-    bodies: BodyMatrix
+    body_matrix: BodyMatrix
     coupled: sparse.bsr_array
     unit: float
 
@@ -171,7 +171,7 @@ class ElasticMatrix:
             coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
             coupling[~(closed[rows] & closed[self._columns])] = 0.0
             coupling[diagonal] += own[rows[diagonal]]
-        maps = np.where(closed[contact][:, None, None], terms.bodies.maps[contact, self._side], 0.0)
+        maps = np.where(closed[contact][:, None, None], terms.body_matrix.maps[contact, self._side], 0.0)
         return [
             coupling,
             own[self._alone],

@@ -8,7 +8,7 @@ The bodies' matrix is factorised by MUMPS on all ranks together, or, where there
 PETSc's.
 
     division = Division(problem, elastic, pattern, library, team)           # once for contacts
-    portions = Portions(problem, division, scale, body_matrix, team)        # once for a problem
+    portions = Portions(problem, division, scale, column, team)             # once for a problem
     solve = portions.solver(terms, kept, body_matrix, factorised)           # once for a step
 """
 

@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 from masonry_fem.host.compiled import compiled
 
 FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Vector = tuple[float, float, float]
+
+_LEAST = 1e-280  # squares that are as exact as others
+_CERTAIN = 0.999
 
 
 @compiled(error_model="numpy")
@@ -34,85 +39,96 @@ def measured(
     ‖p̃ − P_K(p̃ − v̂/w)‖, shape (c,) [N s], written as ``graphs.natural_map`` explains it; and the largest of
     −v_N [m/s], −p̃_N [N s], ‖p̃_T‖ − μ p̃_N [N s] and |p̃ · v̂| [J], each at least 0, nan where one is.
     """
-    count, d = pressed.shape
+    count = len(pressed)
     natural = np.empty(count)
-    motion, trial = np.empty(d), np.empty(d)
     penetration = tension = violation = work = 0.0
     for contact in range(count):
-        p, v, mu, w = pressed[contact], velocity[contact], friction[contact], scale[contact]
-        augmented = v[0] + mu * _tangent(v)
-        done = p[0] * augmented
-        motion[0] = augmented / w
-        for axis in range(1, d):
-            done += p[axis] * v[axis]
-            motion[axis] = v[axis] / w
-        for axis in range(d):
-            trial[axis] = p[axis] - motion[axis]
-        normal, tangent = trial[0], _tangent(trial)
-        if mu * tangent <= -normal:  # within the polar cone
-            for axis in range(d):
-                motion[axis] = p[axis]
-        elif tangent > mu * normal:
-            excess = (tangent - mu * normal) / (1.0 + mu * mu)
-            motion[0] -= mu * excess
-            for axis in range(1, d):
-                motion[axis] += excess / tangent * trial[axis]
-        square = 0.0
-        for axis in range(d):
-            square += motion[axis] * motion[axis]
-        natural[contact] = math.sqrt(square)
+        p, v, mu = _three(pressed, contact), _three(velocity, contact), friction[contact]
+        augmented = v[0] + mu * math.hypot(v[1], v[2])
+        left = _natural(p, (augmented / scale[contact], v[1] / scale[contact], v[2] / scale[contact]), mu)
+        natural[contact] = math.sqrt(left[0] * left[0] + left[1] * left[1] + left[2] * left[2])
         penetration = _larger(penetration, -v[0])
         tension = _larger(tension, -p[0])
-        violation = _larger(violation, _tangent(p) - mu * p[0])
-        work = _larger(work, abs(done))
+        work = _larger(work, abs(p[0] * augmented + p[1] * v[1] + p[2] * v[2]))
+        if not _within(p, mu * p[0]):
+            violation = _larger(violation, math.hypot(p[1], p[2]) - mu * p[0])
     return natural, penetration, tension, violation, work
 
 
 @compiled(error_model="numpy")
+def natural_maps(
+    pressed: FloatArray, velocity: FloatArray, friction: FloatArray, scale: FloatArray
+) -> FloatArray:
+    """What ``graphs.natural_map`` explains, shape (c, d) [N s].
+
+    Parameters
+    ----------
+    pressed, velocity, friction, scale : As for ``measured``.
+    """
+    found = np.empty_like(pressed)
+    for contact in range(len(pressed)):
+        p, v = _three(pressed, contact), _three(velocity, contact)
+        mu, w = friction[contact], scale[contact]
+        left = _natural(p, ((v[0] + mu * math.hypot(v[1], v[2])) / w, v[1] / w, v[2] / w), mu)
+        for axis in range(pressed.shape[1]):
+            found[contact, axis] = left[axis]
+    return found
+
+
+@compiled(error_model="numpy")
 def curnier(
-    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """F and its derivatives by p and v, as ``graphs.alart_curnier`` explains them.
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray, over: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, Mask, Mask]:
+    """The Alart–Curnier function F(p, v) and its derivatives.
+
+    With x = p − ρ v: F_N = p_N − max(x_N, 0), F_T = p_T − P_disk(μ max(x_N, 0))(x_T); zero where Signorini's
+    and Coulomb's graphs both hold.
 
     Parameters
     ----------
     impulse, velocity : p and v, shape (c, d). friction : μ, shape (c,). rho : ρ > 0, shape (c,) [kg].
+    over : What ∂F/∂v is divided by, shape (c,).
 
     Returns
     -------
-    F (c, d), ∂F/∂p (c, d, d), ∂F/∂v (c, d, d).
+    F (c, d), ∂F/∂p (c, d, d), ∂F/∂v divided (c, d, d): of the generalised Jacobian the branch that is closed
+    and sticks, where a contact is on an edge. Contacts that are open, with F = p, and those that stick, with
+    F = p − (p − ρ v), both (c,).
     """
     count, d = impulse.shape
-    residual, by_impulse = impulse.copy(), np.zeros((count, d, d))
-    by_velocity = np.zeros((count, d, d))
-    trial, slope = np.empty(d), np.empty((d, d))  # of the projection, by the trial point
+    residual, by_impulse, by_velocity = np.empty((count, d)), np.empty((count, d, d)), np.empty((count, d, d))
+    is_open, sticks = np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.bool_)
     for contact in range(count):
-        for axis in range(d):
-            trial[axis] = impulse[contact, axis] - rho[contact] * velocity[contact, axis]
-            by_impulse[contact, axis, axis] = 1.0
-        if not trial[0] >= 0:
+        p, v = _three(impulse, contact), _three(velocity, contact)
+        mu, r, unit = friction[contact], rho[contact], over[contact]
+        trial = (p[0] - r * v[0], p[1] - r * v[1], p[2] - r * v[2])
+        radius = mu * trial[0]
+        size = 0.0 if _within(trial, radius) else math.hypot(trial[1], trial[2])
+        is_open[contact] = not trial[0] >= 0
+        sticks[contact] = trial[0] >= 0 and not size > radius
+        if is_open[contact] or sticks[contact]:
+            kept, gone = (1.0, 0.0) if is_open[contact] else (0.0, r / unit)
+            for i in range(d):  # r v itself would show velocities that are rounding beside the impulse
+                residual[contact, i] = p[i] if is_open[contact] else p[i] - trial[i]
+                for j in range(d):
+                    by_impulse[contact, i, j] = kept if i == j else 0.0
+                    by_velocity[contact, i, j] = gone if i == j else 0.0
             continue
-        radius, size = friction[contact] * trial[0], _tangent(trial)
-        slope[:] = 0.0
-        slope[0, 0] = 1.0
-        if size > radius:
-            for axis in range(1, d):
-                direction = trial[axis] / size
-                slope[axis, 0] = friction[contact] * direction
-                for other in range(1, d):
-                    across = (1.0 if axis == other else 0.0) - direction * (trial[other] / size)
-                    slope[axis, other] = radius / size * across
-            for axis in range(1, d):
-                trial[axis] = radius * (trial[axis] / size)
-        else:
-            for axis in range(1, d):
-                slope[axis, axis] = 1.0
-        for axis in range(d):
-            residual[contact, axis] -= trial[axis]
-            for other in range(d):
-                by_impulse[contact, axis, other] -= slope[axis, other]
-                by_velocity[contact, axis, other] = rho[contact] * slope[axis, other]
-    return residual, by_impulse, by_velocity
+        residual[contact, 0], by_impulse[contact, 0, 0], by_velocity[contact, 0, 0] = (
+            p[0] - trial[0],
+            0.0,
+            r / unit,
+        )
+        for i in range(1, d):
+            along = trial[i] / size
+            residual[contact, i] = p[i] - radius * along
+            by_impulse[contact, 0, i], by_velocity[contact, 0, i] = 0.0, 0.0
+            by_impulse[contact, i, 0], by_velocity[contact, i, 0] = 0.0 - mu * along, r * (mu * along) / unit
+            for j in range(1, d):
+                same = 1.0 if i == j else 0.0
+                slope = radius / size * (same - along * (trial[j] / size))
+                by_impulse[contact, i, j], by_velocity[contact, i, j] = same - slope, r * slope / unit
+    return residual, by_impulse, by_velocity, is_open, sticks
 
 
 @compiled(error_model="numpy")
@@ -133,28 +149,37 @@ def spectral_norms(blocks: FloatArray) -> FloatArray:
     """
     count, d, _ = blocks.shape
     norms = np.empty(count)
-    square = np.empty((d, d))
+    block, square = np.empty((d, d)), np.empty((d, d))
     for contact in range(count):
         size = 0.0  # squares must not leave the range of floats
         for i in range(d):
             for j in range(d):
                 size = _larger(size, abs(blocks[contact, i, j]))
-        _square(blocks[contact] / (size if size > 0 else 1.0), square)
+        for i in range(d):
+            for j in range(d):
+                block[i, j] = blocks[contact, i, j] / (size if size > 0 else 1.0)
         mean = deviation = 0.0
         for i in range(d):
+            for j in range(i + 1):
+                total = 0.0
+                for k in range(d):
+                    total += block[k, i] * block[k, j]
+                square[i, j] = square[j, i] = total
             mean += square[i, i] / d
         for i in range(d):
             square[i, i] -= mean
             for j in range(d):
-                deviation += square[i, j] ** 2
+                deviation += square[i, j] * square[i, j]
         spread = math.sqrt(deviation / (d * (d - 1)))
         largest = mean + spread
         if d == 3 and spread > 0:  # the cubic's largest root by cosines
-            a = square / spread
+            for i in range(d):
+                for j in range(d):
+                    square[i, j] /= spread
             third = (
-                a[0, 0] * (a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1])
-                - a[0, 1] * (a[1, 0] * a[2, 2] - a[1, 2] * a[2, 0])
-                + a[0, 2] * (a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0])
+                square[0, 0] * (square[1, 1] * square[2, 2] - square[1, 2] * square[2, 1])
+                - square[0, 1] * (square[1, 0] * square[2, 2] - square[1, 2] * square[2, 0])
+                + square[0, 2] * (square[1, 0] * square[2, 1] - square[1, 1] * square[2, 0])
             ) / 2
             largest = mean + 2 * spread * math.cos(math.acos(min(max(third, -1.0), 1.0)) / 3)
         norms[contact] = size * math.sqrt(largest)
@@ -162,20 +187,32 @@ def spectral_norms(blocks: FloatArray) -> FloatArray:
 
 
 @compiled(inline="always")
-def _square(block: FloatArray, square: FloatArray) -> None:
-    """Put blockᵀ block (d, d) into ``square``."""
-    d = len(block)
-    for i in range(d):
-        for j in range(d):
-            square[i, j] = 0.0
-            for k in range(d):
-                square[i, j] += block[k, i] * block[k, j]
+def _natural(p: Vector, motion: Vector, mu: float) -> Vector:
+    """The natural map of one contact, from p̃, v̂/w and μ."""
+    trial = (p[0] - motion[0], p[1] - motion[1], p[2] - motion[2])
+    if _within(trial, mu * trial[0]):
+        return motion
+    normal, tangent = trial[0], math.hypot(trial[1], trial[2])
+    if mu * tangent <= -normal:  # within the polar cone
+        return p
+    if tangent > mu * normal:
+        excess = (tangent - mu * normal) / (1.0 + mu * mu)
+        share = excess / tangent
+        return (motion[0] - mu * excess, motion[1] + share * trial[1], motion[2] + share * trial[2])
+    return motion
 
 
 @compiled(inline="always")
-def _tangent(vector: FloatArray) -> float:
-    """‖x_T‖ of a vector (d,)."""
-    return abs(vector[1]) if len(vector) == 2 else math.hypot(vector[1], vector[2])
+def _within(vector: Vector, radius: float) -> bool:
+    """True only where ‖x_T‖ < radius for certain: a square root and its rounding can be spared."""
+    bound, square = radius * radius, vector[1] * vector[1] + vector[2] * vector[2]
+    return radius > 0 and bound > _LEAST and square < _CERTAIN * bound
+
+
+@compiled(inline="always")
+def _three(vectors: FloatArray, row: int) -> Vector:
+    """A row (d,) of an array, with 0 where it has no third number."""
+    return vectors[row, 0], vectors[row, 1], vectors[row, 2] if vectors.shape[1] == 3 else 0.0
 
 
 @compiled(inline="always")

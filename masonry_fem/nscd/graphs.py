@@ -87,40 +87,8 @@ def natural_map(
     J. J. Moreau, "Décomposition orthogonale d'un espace hilbertien selon deux cônes mutuellement polaires",
     Comptes rendus 255 (1962).
     """
-    motion = augmented_velocity(velocity, friction) / scale[:, None]
-    trial = impulse - motion
-    normal, tangent = trial[:, 0], tangential_norm(trial)
-    residual = motion.copy()  # within the cone
-    outside = tangent > friction * normal
-    polar = friction * tangent <= -normal
-    surface = outside & ~polar
-    excess = (tangent - friction * normal)[surface] / (1.0 + friction[surface] ** 2)
-    residual[surface, 0] -= friction[surface] * excess
-    residual[surface, 1:] += (excess / tangent[surface])[:, None] * trial[surface, 1:]
-    residual[polar] = impulse[polar]
-    return residual
+    from masonry_fem.nscd.contact_measures import natural_maps  # noqa: PLC0415 - Numba is slow to import
 
-
-def alart_curnier(
-    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Alart–Curnier function F(p, v) and its derivatives.
-
-    With x = p − ρ v: F_N = p_N − max(x_N, 0), F_T = p_T − P_disk(μ max(x_N, 0))(x_T); zero where
-    Signorini's and Coulomb's graphs both hold.
-
-    Parameters
-    ----------
-    impulse, velocity : p and v, shape (c, d). friction : μ, shape (c,).
-    rho : ρ > 0, shape (c,) [kg].
-
-    Returns
-    -------
-    F (c, d), ∂F/∂p (c, d, d), ∂F/∂v (c, d, d); the generalised Jacobian's closed-and-sticking
-    branch where a contact is on an edge.
-    """
-    from masonry_fem.nscd.contact_measures import curnier  # noqa: PLC0415 - Numba is slow to import
-
-    given = (np.ascontiguousarray(part) for part in (impulse, velocity, friction, rho))
-    found: tuple[FloatArray, FloatArray, FloatArray] = curnier(*given)
+    given = (np.ascontiguousarray(part) for part in (impulse, velocity, friction, scale))
+    found: FloatArray = natural_maps(*given)
     return found

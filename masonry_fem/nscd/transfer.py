@@ -194,6 +194,29 @@ def _side_square(maps: FloatArray, impulse: FloatArray) -> float:
 
 
 @compiled
+def column_squares(bodies: IntArray, maps: FloatArray, count: int) -> FloatArray:
+    """Squares of the lengths of the columns of B, shape (b, m).
+
+    Parameters
+    ----------
+    bodies, maps, count : As for ``to_bodies``.
+    """
+    c, _, d, m = maps.shape
+    total = np.zeros((count, m))
+    for contact in range(c):
+        for side in range(2):
+            body = bodies[contact, side]
+            if body < 0:
+                continue
+            for a in range(m):
+                square = 0.0  # of one side: its sum is rounded before it is added
+                for i in range(d):
+                    square += maps[contact, side, i, a] * maps[contact, side, i, a]
+                total[body, a] += square
+    return total
+
+
+@compiled
 def longest(rows: FloatArray) -> float:
     """Euclidean length of the longest row of an array (n, k), 0 of none; nan where one is."""
     count, columns = rows.shape

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from masonry_fem.nscd.graphs import alart_curnier, augmented_velocity, natural_map, project_cone
+from masonry_fem.nscd.graphs import augmented_velocity, natural_map, project_cone
+from masonry_fem.nscd.solvers.linearisation import linearise
 
 
 @given(st.sampled_from([2, 3]), st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 1.0, 1e6]))
@@ -45,22 +46,31 @@ def test_derivatives_are_those_of_differences(d):
         rng.uniform(0, 1, c),
         rng.uniform(0.5, 2, c),
     )
-    _, A, B = alart_curnier(p, v, mu, rho)
+    line = linearise(p, v, mu, rho)
+    assert 0 < line.open.sum() < c
+    assert 0 < line.plain.sum() < c
     step = 1e-7
+
+    def residual(p, v):
+        return linearise(p, v, mu, rho).residual
+
     for axis in range(d):
         e = step * np.eye(d)[axis]
-        by_p = (alart_curnier(p + e, v, mu, rho)[0] - alart_curnier(p - e, v, mu, rho)[0]) / (2 * step)
-        by_v = (alart_curnier(p, v + e, mu, rho)[0] - alart_curnier(p, v - e, mu, rho)[0]) / (2 * step)
-        assert by_p == pytest.approx(A[:, :, axis], abs=1e-6)
-        assert by_v == pytest.approx(B[:, :, axis], abs=1e-6)
+        by_p = (residual(p + e, v) - residual(p - e, v)) / (2 * step)
+        by_v = (residual(p, v + e) - residual(p, v - e)) / (2 * step) / rho[:, None]
+        assert by_p == pytest.approx(line.by_impulse[:, :, axis], abs=1e-6)
+        assert by_v == pytest.approx(line.by_velocity[:, :, axis], abs=1e-6)
+    assert np.array_equal(line.residual[line.open], p[line.open])
+    trial = p - rho[:, None] * v
+    assert np.array_equal(line.residual[line.plain], (p - trial)[line.plain])  # as exact as p, not as v
 
 
 def test_both_functions_vanish_on_the_graphs():
     mu = np.array([0.5, 0.5, 0.5])
     p = np.array([[0.0, 0, 0], [2.0, 0.3, -0.2], [2.0, 0.6, 0.8]])
     v = np.array([[1.0, -2, 3], [0.0, 0, 0], [0.0, -3, -4]])  # open, stick, slip
-    assert alart_curnier(p, v, mu, np.full(3, 0.7))[0] == pytest.approx(0, abs=1e-15)
+    assert linearise(p, v, mu, np.full(3, 0.7)).residual == pytest.approx(0, abs=1e-15)
     assert natural_map(p, v, mu, np.full(3, 1.3)) == pytest.approx(0, abs=1e-15)
     against = v * [1, -1, -1]  # friction that drives
-    assert np.abs(alart_curnier(p, against, mu, np.full(3, 0.7))[0][2]).max() > 0.1
+    assert np.abs(linearise(p, against, mu, np.full(3, 0.7)).residual[2]).max() > 0.1
     assert np.abs(natural_map(p, against, mu, np.full(3, 1.3))[2]).max() > 0.1

@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd import graphs
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
@@ -126,7 +125,7 @@ class _Chord:
         problem, closed, rho = self.problem, self.terms.closed, self.rho
         velocity = problem.velocity(impulse, motion)
         pressed = problem.contact_part(impulse, velocity)
-        residual = graphs.alart_curnier(pressed, velocity, problem.friction, rho)[0]
+        residual = linearise(pressed, velocity, problem.friction, rho).residual
         step = np.where(closed[:, None], 0.0, -residual)
         shift = (self.terms.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
         balance = problem.body_impulse(impulse + step) + problem.rigid_impulse

@@ -97,19 +97,15 @@ def linearise(
     P. Alart and A. Curnier, "A mixed formulation for frictional contact problems prone to Newton like
     solution methods", Computer Methods in Applied Mechanics and Engineering 92 (1991).
     """
-    residual, by_impulse, by_velocity = graphs.alart_curnier(pressed, velocity, friction, rho)
-    is_open = by_impulse[:, 0, 0] == 1.0
+    from masonry_fem.nscd.contact_measures import curnier  # noqa: PLC0415 - Numba is slow to import
+
+    over = rho if stiffness is None else np.ones_like(rho)
+    given = (np.ascontiguousarray(part) for part in (pressed, velocity, friction, rho, over))
+    residual, by_impulse, by_velocity, is_open, plain = curnier(*given)
     if stiffness is not None:
-        by_velocity = by_velocity + by_impulse @ stiffness
+        by_velocity = (by_velocity + by_impulse @ stiffness) / rho[:, None, None]
         is_open &= ~stiffness.any(axis=(1, 2))
-    return Linearisation(
-        residual=residual,
-        by_impulse=by_impulse,
-        by_velocity=by_velocity / rho[:, None, None],
-        open=is_open,
-        plain=~by_impulse.any(axis=(1, 2)),
-        rho=rho,
-    )
+    return Linearisation(residual, by_impulse, by_velocity, is_open, plain, rho)
 
 
 def held_back(line: Linearisation, travelled: FloatArray, share: float) -> Linearisation:

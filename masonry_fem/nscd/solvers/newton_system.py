@@ -53,15 +53,14 @@ class NewtonSystem:
     falls_back = True
 
     def __init__(self, problem: ContactProblem, scale: FloatArray, library: Library = "auto") -> None:
+        from masonry_fem.nscd.transfer import column_squares  # noqa: PLC0415 - Numba is slow to import
+
         self.problem = problem
         self.scale = scale
         self.library = library
         self.unit = float(scale.mean()) if len(scale) else 1.0  # impulses are solved for as unit · p
         self.elastic = problem.operator.elastic()
-        there = problem.bodies >= 0
-        squares = np.einsum("csij,csij->csj", problem.rigid_map, problem.rigid_map)
-        total = np.zeros_like(problem.rigid_mass)
-        np.add.at(total, problem.bodies[there], squares[there])
+        total = column_squares(problem.bodies, problem.rigid_map, problem.body_count)
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.structure = Structure() if problem.structure is None else problem.structure
 

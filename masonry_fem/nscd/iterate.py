@@ -27,7 +27,7 @@ from masonry_fem.errors import ExtensionError
 from masonry_fem.host.phases import At, listener, phase
 from masonry_fem.nscd.cohesion import shifted_start, without_offset
 from masonry_fem.nscd.outcome import Outcome, Solution
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.residuals import Quality, assess
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -47,6 +47,7 @@ class Iterate:
     iterations : Sweeps or Newton steps made since the last offer.
     linear_solves : Linear systems factorised since the last offer.
     verdict : Why the method cannot go on (STALLED, NO_EQUILIBRIUM, FAILED); None: it can.
+    products : Those of the problem, p and U, where the method has made them.
     """
 
     impulse: FloatArray
@@ -54,6 +55,7 @@ class Iterate:
     iterations: int = 1
     linear_solves: int = 0
     verdict: Outcome | None = None
+    products: Products | None = None
 
 
 class Run(Protocol):
@@ -153,7 +155,9 @@ def _iterated(
         if best.quality is not None and _blown_up(offer):
             outcome = Outcome.FAILED
             break
-        quality = known or assess(problem, offer.impulse, offer.rigid_velocity, scale, settings.least_impulse)
+        quality = known or assess(
+            problem, offer.impulse, offer.rigid_velocity, scale, settings.least_impulse, offer.products
+        )
         known = None
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
@@ -258,7 +262,7 @@ class _Unshifted:
         return self._put_back(self._run.step(quality, settings))
 
     def _put_back(self, offer: Iterate) -> Iterate:
-        return replace(offer, impulse=offer.impulse - self._offset)
+        return replace(offer, impulse=offer.impulse - self._offset, products=None)
 
 
 def _blown_up(offer: Iterate) -> bool:

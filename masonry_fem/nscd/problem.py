@@ -18,7 +18,7 @@ the blocks, and the second line holds for the *contact part* p̃ = p + p_adh.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,19 @@ IntArray = NDArray[np.int64]
 
 # Fields that dry problems do without.
 COHESION = ("cohesion_offset", "cohesion_stiffness")
+
+
+class Products(NamedTuple):
+    """A problem's matrices times impulses p and rigid velocities U.
+
+    Attributes
+    ----------
+    elastic : W_el p, shape (c, d) [m/s]. velocity : v, shape (c, d) [m/s]. given : Bᵀ p, shape (b, m).
+    """
+
+    elastic: FloatArray
+    velocity: FloatArray
+    given: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +226,12 @@ class ContactProblem:
     def velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
         """V = W_el p + q + B U, shape (c, d) [m/s]."""
         return self.elastic_velocity(impulse) + self.free_velocity + self.contact_velocity(rigid_velocity)
+
+    def products(self, impulse: FloatArray, rigid_velocity: FloatArray) -> Products:
+        """W_el p, v and Bᵀ p."""
+        elastic = self.elastic_velocity(impulse)
+        velocity = elastic + self.free_velocity + self.contact_velocity(rigid_velocity)
+        return Products(elastic, velocity, self.body_impulse(impulse))
 
     def contact_part(self, impulse: FloatArray, velocity: FloatArray) -> FloatArray:
         """P̃ = p + a + S v, which the laws of contact hold for; p itself where joints are dry, (c, d)."""

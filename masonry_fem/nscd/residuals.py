@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.scaling import contact_scale, free_speed
 
 FloatArray = NDArray[np.float64]
@@ -79,6 +79,7 @@ def assess(
     rigid_velocity: FloatArray,
     scale: FloatArray | None = None,
     least_impulse: float = 0.0,
+    products: Products | None = None,
 ) -> Quality:
     """Error measures of a candidate solution, computed from it and the problem alone.
 
@@ -90,10 +91,11 @@ def assess(
     scale : Scale w of each contact, shape (c,) [1/kg]; None: ``contact_scale(problem)``.
     least_impulse : Impulse to which errors are relative if ‖p‖ is smaller [N s], as after a load has gone,
         when only rounding is left of p.
+    products : Those of the problem, p and U; None: they are not known.
     """
     from masonry_fem.nscd.contact_measures import measured  # noqa: PLC0415 - Numba is slow to import
 
-    at = _State(problem, impulse, rigid_velocity, scale, least_impulse)
+    at = _State(problem, impulse, rigid_velocity, scale, least_impulse, products)
     natural, penetration, tension, violation, work = measured(
         np.ascontiguousarray(at.pressed), np.ascontiguousarray(at.velocity), problem.friction, at.scale
     )
@@ -192,14 +194,13 @@ class _State:
         rigid_velocity: FloatArray,
         scale: FloatArray | None,
         least_impulse: float,
+        products: Products | None = None,
     ) -> None:
         self.problem, self.impulse, self.least_impulse = problem, impulse, least_impulse
         self.scale = contact_scale(problem) if scale is None else scale
-        self.elastic = problem.elastic_velocity(impulse)
-        moved = problem.contact_velocity(rigid_velocity)
-        self.velocity = self.elastic + problem.free_velocity + moved
+        known = problem.products(impulse, rigid_velocity) if products is None else products
+        self.elastic, self.velocity, self.given = known
         self.pressed = problem.contact_part(impulse, self.velocity)
-        self.given = problem.body_impulse(impulse)
         self.gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
 
     def relative(

@@ -14,6 +14,7 @@ from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.portfolio import solve
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import SolverSettings, Start
 from tests.nscd import walls
 
@@ -388,3 +389,25 @@ def test_impulses_that_nothing_determines_do_not_wander(shared_data):
     found = newton(problem, SolverSettings(tolerance=1e-12))
     assert found.outcome is Outcome.CONVERGED
     assert found.linear_solves <= 30  # 14 to 17; 95 to 107 with weights down to 1e-7
+
+
+@pytest.mark.parametrize("coheres", [False, True])
+def test_products_that_come_with_an_offer_are_those_of_its_state(monkeypatch, coheres):
+    """The measures of a state are the same, bit by bit, as those made from it and the problem alone."""
+    problem = walls.cubes(3, 0.3e6).problem()
+    if coheres:
+        stiffness = np.tile(1e-3 * np.eye(3), (problem.count, 1, 1))
+        offset = np.tile([5.0, 0.0, 0.0], (problem.count, 1))
+        problem = replace(problem, cohesion_stiffness=stiffness, cohesion_offset=offset)
+    known = []
+
+    def measured(problem, impulse, rigid_velocity, scale=None, least_impulse=0.0, products=None):
+        known.append(products is not None)
+        quality = assess(problem, impulse, rigid_velocity, scale, least_impulse, products)
+        assert quality == assess(problem, impulse, rigid_velocity, scale, least_impulse)
+        return quality
+
+    monkeypatch.setattr("masonry_fem.nscd.iterate.assess", measured)
+    assert newton(problem).outcome is Outcome.CONVERGED
+    assert len(known) > 3
+    assert any(known) is not coheres  # with an offset the method's impulses are others

@@ -33,7 +33,7 @@ from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.residuals import Quality, rounding
 from masonry_fem.nscd.scaling import (
     SLENDER,
@@ -192,7 +192,7 @@ class NewtonRun:
         self.settling = Settling(problem, held)
         self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
-        self.moved: tuple[FloatArray, FloatArray, FloatArray] | None = None  # the last p and U, and their v
+        self.made: tuple[FloatArray, FloatArray, Products] | None = None  # the last p and U, and theirs
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
         self.until: float | None = None  # when it has to end
@@ -279,7 +279,7 @@ class NewtonRun:
         if verdict is Outcome.NO_EQUILIBRIUM:
             velocity = self.escape.mechanism
         steps = min(solves, 1)  # partings come within one
-        return Iterate(self.impulse, velocity, iterations=steps, linear_solves=solves, verdict=verdict)
+        return Iterate(self.impulse, velocity, steps, solves, verdict, self._known(self.impulse, velocity))
 
     # one Newton step
 
@@ -480,7 +480,9 @@ class NewtonRun:
         )
         if now.slip is not None:
             line = held_back(line, velocity - now.slip, self.grip)
-        balance = problem.body_impulse(impulse) + problem.rigid_impulse
+        known = self._known(impulse, rigid_velocity)
+        given = problem.body_impulse(impulse) if known is None else known.given
+        balance = given + problem.rigid_impulse
         balance -= problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
         balance -= now.mass * (rigid_velocity - now.rigid_velocity)
         size = float(np.linalg.norm(impulse))
@@ -496,9 +498,17 @@ class NewtonRun:
             point = self.seen[1]
             if point.impulse is impulse and point.rigid_velocity is rigid_velocity:
                 return point.moved
-        if self.moved is None or self.moved[0] is not impulse or self.moved[1] is not rigid_velocity:
-            self.moved = impulse, rigid_velocity, self.problem.velocity(impulse, rigid_velocity)
-        return self.moved[2]
+        known = self._known(impulse, rigid_velocity)
+        if known is None:
+            known = self.problem.products(impulse, rigid_velocity)
+            self.made = impulse, rigid_velocity, known
+        return known.velocity
+
+    def _known(self, impulse: FloatArray, rigid_velocity: FloatArray) -> Products | None:
+        """Products of a state, if they were the last that were made."""
+        if self.made is None or self.made[0] is not impulse or self.made[1] is not rigid_velocity:
+            return None
+        return self.made[2]
 
     # parts
 

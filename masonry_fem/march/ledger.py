@@ -87,13 +87,13 @@ class Ledger:
 
     @property
     def imbalance(self) -> float:
-        """Error relative to the largest term; 0 where no energy moved."""
-        return self.error / self.largest if self.largest > 0 else 0.0
+        """Error relative to the largest term; 0 where no term is more than rounding: no energy moved."""
+        return self.error / self.largest if self.largest > self.rounding else 0.0
 
     @property
     def rounded(self) -> float:
         """What rounding alone may make of the imbalance."""
-        return self.rounding / self.largest if self.largest > 0 else 0.0
+        return self.rounding / self.largest if self.largest > self.rounding else 0.0
 
 
 NO_TERMS = ("contact_work", "unaccounted", "error", "largest", "rounding")

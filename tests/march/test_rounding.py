@@ -118,9 +118,20 @@ def test_rounding_of_steps_adds_up_and_is_no_energy():
     twice = once.add(replace(report, energy_rounding=3 * report.energy_rounding))
     assert once.rounding == report.energy_rounding > 0
     assert twice.rounding == pytest.approx(4 * report.energy_rounding, rel=1e-14)
-    large = Ledger().add(replace(report, energy_rounding=1e6))
+    half = once.largest / 2
+    large = Ledger().add(replace(report, energy_rounding=half, energy_error=half / 2))
     assert large.largest == once.largest
-    assert large.rounded == pytest.approx(1e6 / once.largest, rel=1e-14)
+    assert large.rounded == 0.5
+    assert large.imbalance == 0.25
+
+
+def test_energies_that_are_no_more_than_rounding_have_not_moved():
+    """No share of them is missing, whatever the ledger leaves."""
+    report, *_ = reported(1.0)
+    largest = Ledger().add(report).largest
+    still = Ledger().add(replace(report, energy_rounding=1.1 * largest, energy_error=0.3 * largest))
+    assert still.largest == largest
+    assert still.imbalance == still.rounded == 0.0
 
 
 def test_an_arch_at_rest_is_not_told_to_miss_energy_that_is_rounding():

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from masonry_fem.build.foresight import foresee_points
 from masonry_fem.build.laws import joint_laws
@@ -45,36 +45,52 @@ def joint_of_interfaces(
     ------
     SceneError : No record matches an interface.
     """
-    names = block_names(stones.assembly)
-    found = []
-    idle = set(range(len(scene.joints)))
-    for interface in interfaces:
-        matching = [-1] if interface.tie else _matching(scene, interface, names)
-        found.append(matching[-1])
-        idle -= set(matching)
-    if interfaces and tell:
-        _tell_idle(scene, sorted(idle), {one.label for one in interfaces if not one.tie})
-    return found
+    found = np.full(len(interfaces), -1)
+    stone = [number for number, interface in enumerate(interfaces) if not interface.tie]
+    if not stone:
+        return found.tolist()
+    holds = _matching(scene, [interfaces[number] for number in stone], block_names(stones.assembly))
+    for number in np.flatnonzero(~holds.any(axis=0))[:1]:
+        raise SceneError(_no_match(stones, interfaces[stone[number]]))
+    found[stone] = len(holds) - 1 - holds[::-1].argmax(axis=0)
+    if tell:
+        idle = np.flatnonzero(~holds.any(axis=1)).tolist()
+        _tell_idle(scene, idle, {interfaces[number].label for number in stone})
+    return found.tolist()
 
 
-def _matching(scene: specs.Scene, interface: Interface, names: Sequence[tuple[str, ...]]) -> list[int]:
-    """Numbers of the joint records that match an interface, at least one."""
-    angle = inclination(interface)
-    first, second = (names[block] for block in interface.blocks)
-    matching = [
-        index
-        for index, joint in enumerate(scene.joints)
-        if fnmatchcase(interface.label, joint.interface)
-        and joint.inclination[0] - ROUNDING <= angle <= joint.inclination[1] + ROUNDING
-        and (_joins(joint.between, first, second) or _joins(joint.between, second, first))
-    ]
-    if not matching:
-        raise SceneError(
-            f"joints: none matches the interface '{interface.label}' between '{first[0]}' and "
-            f"'{second[0]}', {angle:.3g} degrees to the horizontal; add a joint with interface = '*', "
-            "no 'between' and no 'inclination' as the first one"
-        )
-    return matching
+def _matching(
+    scene: specs.Scene, interfaces: Sequence[Interface], names: Sequence[tuple[str, ...]]
+) -> NDArray[np.bool_]:
+    """Whether each joint record holds for each of i interfaces, shape (records, i)."""
+    angle = inclinations(np.array([interface.normal for interface in interfaces]))
+    blocks = np.array([interface.blocks for interface in interfaces])
+    labels, label = np.unique([interface.label for interface in interfaces], return_inverse=True)
+    holds = np.zeros((len(scene.joints), len(interfaces)), dtype=bool)
+    for held, joint in zip(holds, scene.joints, strict=True):
+        alike = np.array([fnmatchcase(text, joint.interface) for text in labels.tolist()])[label]
+        least, most = joint.inclination
+        inclined = (least - ROUNDING <= angle) & (angle <= most + ROUNDING)
+        one, other = (_named(pattern, names)[blocks] for pattern in joint.between)
+        held[:] = alike & inclined & ((one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0]))
+    return holds
+
+
+def _named(pattern: str, names: Sequence[tuple[str, ...]]) -> NDArray[np.bool_]:
+    """Whether a pattern matches a name of each of b blocks, shape (b,)."""
+    if pattern == "*":
+        return np.ones(len(names), dtype=bool)
+    return np.array([any(fnmatchcase(name, pattern) for name in own) for own in names])
+
+
+def _no_match(stones: Stones, interface: Interface) -> str:
+    """What to say of an interface for which no joint record holds."""
+    first, second = (stones.assembly.blocks[block].name for block in interface.blocks)
+    return (
+        f"joints: none matches the interface '{interface.label}' between '{first}' and '{second}', "
+        f"{inclinations(interface.normal):.3g} degrees to the horizontal; add a joint with interface = '*', "
+        "no 'between' and no 'inclination' as the first one"
+    )
 
 
 def touching(
@@ -115,16 +131,16 @@ def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
         )
 
 
-def inclination(interface: Interface) -> float:
-    """Angle of a plane to the horizontal, 0 (beds) to 90 (heads) [degrees]; up is the last axis."""
-    up = abs(float(interface.normal[-1]))
-    return math.degrees(math.atan2(float(np.linalg.norm(interface.normal[:-1])), up))
+def inclinations(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles of planes to the horizontal, 0 (beds) to 90 (heads) [degrees]; up is the last axis.
 
-
-def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, ...]) -> bool:
-    return any(fnmatchcase(name, between[0]) for name in first) and any(
-        fnmatchcase(name, between[1]) for name in second
-    )
+    Parameters
+    ----------
+    normal : Of each plane, shape (..., d).
+    """
+    up = np.abs(normal[..., -1])
+    angle: NDArray[np.float64] = np.degrees(np.arctan2(np.linalg.norm(normal[..., :-1], axis=-1), up))
+    return angle
 
 
 def contacts_and_joints(
@@ -185,10 +201,14 @@ def rules_of(
     interfaces : Where blocks touch.
     chosen : Number of the joint record of each interface.
     """
-    return [
-        _rule(scene.joints[joint], stones, interface)
-        for joint, interface in zip(chosen, interfaces, strict=True)
-    ]
+    assembly = stones.assembly
+    meshed = np.array([shape.mesh is not None for shape in assembly.shapes], dtype=bool)
+    of_block = meshed[np.array([block.shape for block in assembly.blocks], dtype=np.int64)]
+    blocks = np.array([interface.blocks for interface in interfaces], dtype=np.int64).reshape(-1, 2)
+    either = of_block[blocks].any(axis=1)
+    kinds = list(zip(chosen, either.tolist(), strict=True))
+    made = {kind: _rule(scene.joints[kind[0]], kind[1]) for kind in dict.fromkeys(kinds)}
+    return [made[kind] for kind in kinds]
 
 
 def joints_at(
@@ -238,10 +258,8 @@ def skins(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray 
     return given_way
 
 
-def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:
-    """The placement rule of an interface."""
-    shapes = (stones.assembly.blocks[block].shape for block in interface.blocks)
-    meshed = any(stones.assembly.shapes[shape].mesh is not None for shape in shapes)
+def _rule(joint: specs.Joint, meshed: bool) -> Rule:
+    """The placement rule of interfaces of which some side is meshed, or none."""
     name = joint.placement or "auto"
     if name == "nodes" and not meshed:
         name = "corners"  # a rigid pair of a scene whose elastic joints use nodes

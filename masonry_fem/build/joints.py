@@ -16,6 +16,7 @@ from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.build.ties import with_ties
 from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.interface_arrays import InterfaceArrays
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.errors import SceneError
@@ -45,34 +46,32 @@ def joint_of_interfaces(
     ------
     SceneError : No record matches an interface.
     """
-    found = np.full(len(interfaces), -1)
-    stone = [number for number, interface in enumerate(interfaces) if not interface.tie]
-    if not stone:
-        return found.tolist()
-    holds = _matching(scene, [interfaces[number] for number in stone], block_names(stones.assembly))
-    for number in np.flatnonzero(~holds.any(axis=0))[:1]:
-        raise SceneError(_no_match(stones, interfaces[stone[number]]))
-    found[stone] = len(holds) - 1 - holds[::-1].argmax(axis=0)
-    if tell:
-        idle = np.flatnonzero(~holds.any(axis=1)).tolist()
-        _tell_idle(scene, idle, {interfaces[number].label for number in stone})
-    return found.tolist()
+    if not interfaces:
+        return []
+    arrays = InterfaceArrays.of(interfaces, scene.dimension)
+    holds = _matching(scene, arrays, block_names(stones.assembly))
+    for number in np.flatnonzero(~holds.any(axis=0) & ~arrays.tie)[:1]:
+        raise SceneError(_no_match(stones, interfaces[number]))
+    if tell and not arrays.tie.all():
+        labels = {arrays.labels[number] for number in np.unique(arrays.label[~arrays.tie]).tolist()}
+        _tell_idle(scene, np.flatnonzero(~holds.any(axis=1)).tolist(), labels)
+    found: list[int] = np.where(arrays.tie, -1, len(holds) - 1 - holds[::-1].argmax(axis=0)).tolist()
+    return found
 
 
 def _matching(
-    scene: specs.Scene, interfaces: Sequence[Interface], names: Sequence[tuple[str, ...]]
+    scene: specs.Scene, arrays: InterfaceArrays, names: Sequence[tuple[str, ...]]
 ) -> NDArray[np.bool_]:
-    """Whether each joint record holds for each of i interfaces, shape (records, i)."""
-    angle = inclinations(np.array([interface.normal for interface in interfaces]))
-    blocks = np.array([interface.blocks for interface in interfaces])
-    labels, label = np.unique([interface.label for interface in interfaces], return_inverse=True)
-    holds = np.zeros((len(scene.joints), len(interfaces)), dtype=bool)
+    """Whether each joint record holds for each of i interfaces, shape (records, i); none does for ties."""
+    angle = inclinations(arrays.normal)
+    holds = np.zeros((len(scene.joints), len(angle)), dtype=bool)
     for held, joint in zip(holds, scene.joints, strict=True):
-        alike = np.array([fnmatchcase(text, joint.interface) for text in labels.tolist()])[label]
+        alike = np.array([fnmatchcase(text, joint.interface) for text in arrays.labels])[arrays.label]
         least, most = joint.inclination
         inclined = (least - ROUNDING <= angle) & (angle <= most + ROUNDING)
-        one, other = (_named(pattern, names)[blocks] for pattern in joint.between)
-        held[:] = alike & inclined & ((one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0]))
+        one, other = (_named(pattern, names)[arrays.blocks] for pattern in joint.between)
+        joins = (one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0])
+        held[:] = alike & inclined & joins & ~arrays.tie
     return holds
 
 
@@ -204,8 +203,7 @@ def rules_of(
     assembly = stones.assembly
     meshed = np.array([shape.mesh is not None for shape in assembly.shapes], dtype=bool)
     of_block = meshed[np.array([block.shape for block in assembly.blocks], dtype=np.int64)]
-    blocks = np.array([interface.blocks for interface in interfaces], dtype=np.int64).reshape(-1, 2)
-    either = of_block[blocks].any(axis=1)
+    either = of_block[InterfaceArrays.of(interfaces, scene.dimension).blocks].any(axis=1)
     kinds = list(zip(chosen, either.tolist(), strict=True))
     made = {kind: _rule(scene.joints[kind[0]], kind[1]) for kind in dict.fromkeys(kinds)}
     return [made[kind] for kind in kinds]

@@ -210,20 +210,21 @@ def _cut_some(
         width = width / np.linalg.norm(_extent(polygon[sliver], real[sliver]), axis=1)
     sliver = sliver[width > EDGE * size]
     sides, rows = np.stack([c, a], axis=1), np.flatnonzero(accepted)
-    blocks, numbers = faces.block[sides[rows]].tolist(), faces.face[sides[rows]].tolist()
+    both, numbers = faces.block[sides[rows]], faces.face[sides[rows]]
+    labels = posed.shared_labels(both, numbers)
     # views would keep the arrays of all pairs
     normal, polygon, gap, many = normal[rows], polygon[rows], gap[rows], corners[rows]
     made = [
         Interface(
-            blocks=tuple(blocks[m]),
-            faces=tuple(numbers[m]),
+            blocks=(one, other),
+            faces=(face, facing),
             normal=normal[m],
             polygon=polygon[m, : many[m]],
             gap=gap[m, : many[m]],
             area=float(area[rows[m]]),
-            label=posed.label(blocks[m], numbers[m]),
+            label=labels[m],
         )
-        for m in range(len(rows))
+        for m, ((one, other), (face, facing)) in enumerate(zip(both.tolist(), numbers.tolist(), strict=True))
     ]
     return made, faces.block[sides[sliver]]
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import blake2b
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface, height, local_frames
+from masonry_fem.contact.interface_arrays import InterfaceArrays, numbered
 from masonry_fem.contact.placement import names, on_round_faces, points_of, together_of
 from masonry_fem.contact.placement.parts.patch import Patch
-from masonry_fem.contact.placement.parts.planes import shapes
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.smooth import round_joints
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
@@ -27,8 +28,29 @@ ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 NO_WEIGHT = 1e-13  # of a node in a mean: rounding
 ROUGH = 1e-3  # of a contact's width: by how much facets may miss a round face untold
 AREAS = 1e-6  # of an interface's area: what the areas of its points may sum to beside it
+CONGRUENT = 1e-12  # of their size: interfaces that differ by less are congruent
 
-type Placed = tuple[Spots, IntArray]  # points, and the numbers of the interfaces that they are on
+
+class Placed(NamedTuple):
+    """Points on k joints, which are interfaces or all that two round faces have in common.
+
+    Attributes
+    ----------
+    spots : Points on the first joint of each kind.
+    of : Which of them are those of each joint, shape (k,).
+    rows : Interfaces, joint by joint, shape (n,). first : First row of each joint, shape (k,).
+    blocks, faces : Candidate and antagonist, shape (k, 2).
+    frame, origin : Of the plane of each joint's first patch, shapes (k, d, d) and (k, d).
+    """
+
+    spots: list[Spots]
+    of: IntArray
+    rows: IntArray
+    first: IntArray
+    blocks: IntArray
+    faces: IntArray
+    frame: FloatArray
+    origin: FloatArray
 
 
 def place(
@@ -59,60 +81,119 @@ def place(
     ExtensionError
         A user's rule returns no ``Spots``, arrays of the wrong shapes, or a wrong total area.
     """
-    surfaces = surfaces_of(assembly) if surfaces is None else surfaces
-    placed = _placed(assembly, surfaces, interfaces, rules)
-    if not placed:
+    for rule in dict.fromkeys(rules):  # looks into the folder of rules: not for each of many interfaces
+        _check(rules.index(rule), rule)
+    if not interfaces:
         return _none(assembly.dimension)
+    surfaces = surfaces_of(assembly) if surfaces is None else surfaces
+    arrays = InterfaceArrays.of(interfaces, assembly.dimension)
+    placed = _placed(assembly, surfaces, interfaces, arrays, rules)
     if tell:
-        _tell_round(assembly, [spot for spot, _ in placed])
-    _check_areas(placed, interfaces, rules)
+        _tell_round(assembly, placed.spots)
+    _check_areas(placed, arrays, rules)
     contacts = _contacts(assembly, surfaces, placed)
     if (np.diff(contacts.interface) < 0).any():
         contacts = picked(contacts, np.argsort(contacts.interface, kind="stable"))
     return replace(contacts, key=_keys(assembly, interfaces, contacts.interface))
 
 
-def _contacts(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Sequence[Placed]) -> Contacts:
-    """The points of all interfaces as contacts, still without their identities."""
-    spots = [spot for spot, _ in placed]
-    of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
-    made = _on_round_faces(_on_planes(placed, of), placed, of)
+def _contacts(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Placed) -> Contacts:
+    """The points of all joints as contacts, still without their identities."""
+    rows = _Rows.of([len(spot.area) for spot in placed.spots], placed.of)
+    made = _on_round_faces(_on_planes(assembly, surfaces, placed, rows), placed, rows.joint)
     small = np.abs(made.gap) < ROUNDING * typical_size(assembly, surfaces)
-    return replace(made, gap=np.where(small, 0.0, made.gap), means=_means(assembly, spots))
+    return replace(made, gap=np.where(small, 0.0, made.gap), means=_means(assembly, placed, rows))
 
 
-def _on_planes(placed: Sequence[Placed], of: IntArray) -> Contacts:
-    """Contacts in the planes of their patches; ``of``: the spots that each is one of, shape (c,)."""
-    spots = [spot for spot, _ in placed]
-    patches = [spot.patch for spot in spots]
-    frame = np.array([patch.frame for patch in patches])[of]
-    flat = np.concatenate([spot.points for spot in spots])
-    middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
-    heights = _heights(patches, of, middle, frame[:, 0])
+class _Rows(NamedTuple):
+    """Where n things of k joints are, each joint having those of its spots.
+
+    Attributes
+    ----------
+    joint : Of each thing, shape (n,). at : Its row among those of all spots, shape (n,).
+    start : First thing of each joint, shape (k,).
+    """
+
+    joint: IntArray
+    at: IntArray
+    start: IntArray
+
+    @classmethod
+    def of(cls, counts: Sequence[int], spots: IntArray) -> _Rows:
+        """The rows, from how many things each of the spots has and the spots of each joint, shape (k,)."""
+        count, first = np.array(counts)[spots], np.cumsum([0, *counts])[spots]
+        start = np.cumsum(count) - count
+        joint = np.repeat(np.arange(len(count)), count)
+        return cls(joint, (first - start)[joint] + np.arange(len(joint)), start)
+
+
+def _on_planes(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Placed, rows: _Rows) -> Contacts:
+    """Contacts in the planes of their patches."""
+    spots, of = placed.spots, rows.joint
+    frame = placed.frame[of]
+    flat = np.concatenate([spot.points for spot in spots])[rows.at]
+    middle = placed.origin[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
+    heights = np.stack(
+        [
+            height(middle, frame[:, 0], on_face[of], normal[of])
+            for on_face, normal in (_faces(assembly, surfaces, placed, side) for side in (0, 1))
+        ],
+        axis=1,
+    )
     return Contacts(
-        blocks=np.array([[side.block for side in patch.sides] for patch in patches])[of],
-        interface=np.array([rows[0] for _, rows in placed])[of],
+        blocks=placed.blocks[of],
+        interface=placed.rows[placed.first][of],
         points=middle[:, None] + heights[:, :, None] * frame[:, :1],
-        facets=np.concatenate([spot.facets for spot in spots]),
+        facets=np.concatenate([spot.facets for spot in spots])[rows.at],
         frame=frame,
         gap=heights[:, 0] - heights[:, 1],
-        area=np.concatenate([spot.area for spot in spots]),
+        area=np.concatenate([spot.area for spot in spots])[rows.at],
         key=np.zeros(len(of), dtype=np.int64),
     )
 
 
-def _on_round_faces(flat: Contacts, placed: Sequence[Placed], of: IntArray) -> Contacts:
-    """The same, with what contacts on round faces have of their own."""
-    rounds = [(spot.round, rows) for spot, rows in placed if spot.round is not None]
-    if not rounds:
+def _faces(
+    assembly: Assembly, surfaces: tuple[Surface, ...], placed: Placed, side: int
+) -> tuple[FloatArray, FloatArray]:
+    """A point and the normal of one side's face at each joint, world coordinates, (k, d) each."""
+    solids = [surface.solid for surface in surfaces]
+    first = np.cumsum([0, *(len(solid.faces) for solid in solids)])
+    corner = np.concatenate([solid.vertices[[face[0] for face in solid.faces]] for solid in solids])
+    normals = np.concatenate([surface.normals for surface in surfaces])
+    shape, rotation, translation = _poses(assembly)
+    block = placed.blocks[:, side]
+    face = first[shape[block]] + placed.faces[:, side]
+    return (
+        np.einsum("iab,ib->ia", rotation[block], corner[face]) + translation[block],
+        np.einsum("iab,ib->ia", rotation[block], normals[face]),
+    )
+
+
+def _poses(assembly: Assembly) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Shape (b,), rotation (b, d, d) and translation (b, d) of each block."""
+    return (
+        np.array([block.shape for block in assembly.blocks], dtype=np.int64),
+        np.array([block.pose.rotation for block in assembly.blocks]),
+        np.array([block.pose.translation for block in assembly.blocks]),
+    )
+
+
+def _on_round_faces(flat: Contacts, placed: Placed, joint: IntArray) -> Contacts:
+    """The same, with what contacts on round faces have of their own; ``joint``: that of each, shape (c,)."""
+    is_round = np.array([spot.round is not None for spot in placed.spots])[placed.of]
+    if not is_round.any():
         return flat
-    own = np.array([spot.round is not None for spot, _ in placed])[of]
+    own = is_round[joint]
+    rounds = [one for number in placed.of[is_round] if (one := placed.spots[number].round) is not None]
+    first = placed.first[is_round]
     interface, frame, points = flat.interface.copy(), flat.frame.copy(), flat.points.copy()
-    bulge, gap = np.zeros(len(of)), flat.gap.copy()
-    interface[own] = np.concatenate([rows[one.patch] for one, rows in rounds])
-    frame[own] = np.concatenate([one.frame for one, _ in rounds])
-    points[own] = np.concatenate([one.points for one, _ in rounds])
-    bulge[own] = np.concatenate([one.bulge for one, _ in rounds])
+    bulge, gap = np.zeros(len(joint)), flat.gap.copy()
+    interface[own] = placed.rows[
+        np.concatenate([row + one.patch for row, one in zip(first, rounds, strict=True)])
+    ]
+    frame[own] = np.concatenate([one.frame for one in rounds])
+    points[own] = np.concatenate([one.points for one in rounds])
+    bulge[own] = np.concatenate([one.bulge for one in rounds])
     gap[own] = np.einsum("cd,cd->c", points[own, 0] - points[own, 1], frame[own, 0]) - bulge[own]
     return replace(flat, interface=interface, frame=frame, points=points, bulge=bulge, gap=gap)
 
@@ -138,79 +219,127 @@ def _tell_round(assembly: Assembly, spots: Sequence[Spots]) -> None:
         )
 
 
-def _means(assembly: Assembly, spots: list[Spots]) -> sparse.csr_array | None:
+def _means(assembly: Assembly, placed: Placed, points: _Rows) -> sparse.csr_array | None:
     """Weights of the nodes that carry contacts which are means, shape (2c, nodes of the largest mesh)."""
-    first = 2 * np.cumsum([0, *(len(spot.area) for spot in spots)])
-    found = [(start, spot.means) for start, spot in zip(first, spots, strict=False) if spot.means is not None]
-    if not found:
+    found = [spot.means for spot in placed.spots]
+    given = [means for means in found if means is not None]
+    if not given:
         return None
-    row = np.concatenate([start + means.row for start, means in found])
-    node = np.concatenate([means.node for _, means in found])
-    weight = np.concatenate([means.weight for _, means in found])
+    rows = _Rows.of([0 if means is None else len(means.row) for means in found], placed.of)
+    row = 2 * points.start[rows.joint] + np.concatenate([means.row for means in given])[rows.at]
+    node = np.concatenate([means.node for means in given])[rows.at]
+    weight = np.concatenate([means.weight for means in given])[rows.at]
     width = max(len(shape.mesh.points) for shape in assembly.shapes if shape.mesh is not None)
-    means = sparse.csr_array(sparse.coo_array((weight, (row, node)), shape=(int(first[-1]), width)))
+    shape = (2 * len(points.joint), width)
+    means = sparse.csr_array(sparse.coo_array((weight, (row, node)), shape=shape))
     means.data[np.abs(means.data) < NO_WEIGHT] = 0.0
     means.eliminate_zeros()
     return means
 
 
 def _placed(
-    assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
-) -> list[Placed]:
-    """The points of each interface, or of all that two round faces have in common, by its rule."""
-    for rule in dict.fromkeys(rules):  # looks into the folder of rules: not for each of many interfaces
-        _check(rules.index(rule), rule)
-    normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
-    frames = local_frames(normals)
-    groups = _round_groups(assembly, surfaces, interfaces, rules)
+    assembly: Assembly,
+    surfaces: tuple[Surface, ...],
+    interfaces: Sequence[Interface],
+    arrays: InterfaceArrays,
+    rules: Sequence[Rule],
+) -> Placed:
+    """The points of each interface, or of all that two round faces have in common, by its rule.
+
+    Walls have hundreds of congruent interfaces: points are placed on the first of each kind.
+    """
+    kinds = {rule: number for number, rule in enumerate(dict.fromkeys(rules))}
+    rule = np.array([kinds[one] for one in rules])
+    frames = local_frames(arrays.normal)
+    group = _round_groups(assembly, surfaces, arrays, rule, list(kinds))
+    rows, count = np.argsort(group, kind="stable"), np.bincount(group)
+    first = np.cumsum(count) - count
+    lone = rows[first[count == 1]]  # interfaces that are joints by themselves
+    alike, kind = np.arange(len(count)), _shapes(assembly, surfaces, arrays, frames, rule, lone)
+    alike[count == 1] = np.flatnonzero(count == 1)[kind]
+    chosen = np.unique(alike)
     joints = [
-        _from_one_side([Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows])
-        for rows in groups
+        _from_one_side([Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in own])
+        for own in (rows[first[number] : first[number] + count[number]] for number in chosen)
     ]
-    of = [rules[rows[0]] for rows in groups]
-    alike = _congruent(joints, of)
-    waiting: dict[Rule, list[int]] = {}
-    for number in dict.fromkeys(alike):
-        waiting.setdefault(of[number], []).append(number)
-    made: dict[int, list[Spots]] = {}
-    for rule, numbers in waiting.items():
-        made |= zip(numbers, _by_rule([joints[number] for number in numbers], rule), strict=True)
-    placed: list[Placed] = []
-    for number, rows in enumerate(groups):
-        spots = made[alike[number]]
-        if len(rows) == 1:
-            placed.append((_moved_to(spots[0], joints[alike[number]][0], joints[number][0]), rows))
-        else:
-            placed += [(spots[0], rows)] if len(spots) == 1 else zip(spots, rows[:, None], strict=True)
-    return placed
+    made: list[list[Spots]] = [[] for _ in joints]
+    for one, number in kinds.items():
+        its = np.flatnonzero(rule[rows[first[chosen]]] == number).tolist()
+        for k, spots in zip(its, _by_rule([joints[k] for k in its], one), strict=True):
+            made[k] = spots
+    return _everywhere(arrays, frames, rows, first, np.searchsorted(chosen, alike), made)
 
 
-def _congruent(joints: Sequence[Sequence[Patch]], rules: Sequence[Rule]) -> list[int]:
-    """The first joint that each is congruent to and has a rule with: walls have hundreds of each kind.
+def _everywhere(
+    arrays: InterfaceArrays,
+    frames: FloatArray,
+    rows: IntArray,
+    first: IntArray,
+    kind: IntArray,
+    made: Sequence[Sequence[Spots]],
+) -> Placed:
+    """What was placed on the first joint of each kind, at all of them.
 
     Parameters
     ----------
-    joints : Those of more than one patch are like no other. rules : Of each.
+    arrays, frames : Of all interfaces.
+    rows, first : Interfaces joint by joint, and the first of each of g joints, shape (g,).
+    kind : Of each joint, shape (g,). made : What was placed on the first joint of each kind.
     """
-    keys: list[object] = list(range(len(joints)))
-    single = [number for number, joint in enumerate(joints) if len(joint) == 1]
-    for number, shape in zip(single, shapes([joints[number][0] for number in single]), strict=True):
-        keys[number] = (rules[number], *shape)
-    first: dict[object, int] = {}
-    return [first.setdefault(key, number) for number, key in enumerate(keys)]
+    begin = np.cumsum([0, *map(len, made)])
+    parted = np.array([len(own) > 1 for own in made])
+    spots = [spot for own in made for spot in own]
+    exchanged = np.array([spot.patch.sides[0].block != spot.patch.interface.blocks[0] for spot in spots])
+    # joints of several patches that have points of their own become as many joints
+    count = np.where(parted[kind], np.diff([*first, len(rows)]), 1)
+    joint = np.repeat(np.arange(len(kind)), count)
+    within = np.arange(len(joint)) - np.repeat(np.cumsum(count) - count, count)
+    start, of = first[joint] + within, begin[kind[joint]] + within
+    row, turned = rows[start], exchanged[of]
+    blocks, faces, frame = arrays.blocks[row], arrays.faces[row], frames[row]
+    blocks[turned], faces[turned] = blocks[turned, ::-1], faces[turned, ::-1]
+    frame[turned] = local_frames(-arrays.normal[row[turned]])
+    return Placed(spots, of, rows, start, blocks, faces, frame, arrays.corners[arrays.first[row]])
 
 
-def _moved_to(spots: Spots, patch: Patch, there: Patch) -> Spots:
-    """Contacts of a patch as those of a congruent one.
+def _shapes(
+    assembly: Assembly,
+    surfaces: tuple[Surface, ...],
+    arrays: InterfaceArrays,
+    frames: FloatArray,
+    rule: IntArray,
+    rows: IntArray,
+) -> IntArray:
+    """For each of some interfaces the first of them that is congruent to it, to rounding, shape (n,).
+
+    Congruent ones have faces, label and rule in common, and how the faces lie on each other.
 
     Parameters
     ----------
-    spots : What a rule has placed on ``patch``, maybe with sides exchanged. there : The other.
+    assembly, surfaces, arrays, frames, rule : Blocks, their surfaces, all interfaces, their frames and rules.
+    rows : Which of them, shape (n,).
     """
-    if there is patch:
-        return spots
-    exchanged = spots.patch.sides[0] is not patch.sides[0]
-    return replace(spots, patch=there.exchanged() if exchanged else there)
+    if not len(rows):
+        return rows
+    shape, rotation, translation = _poses(assembly)
+    surface = {id(one): number for number, one in enumerate(surfaces)}
+    of_block = np.array([surface[id(one)] for one in surfaces])[shape]
+    start, last = arrays.first[:-1][rows], arrays.first[1:][rows]
+    corner = np.minimum(start[:, None] + np.arange((last - start).max(initial=0)), last[:, None] - 1)
+    origin, across = arrays.corners[start], frames[rows][:, 1:]
+    polygon = np.einsum("nkd,npd->nkp", arrays.corners[corner] - origin[:, None], across)
+    size = np.ptp(polygon, axis=1).max(axis=1)
+    size = np.where(size > 0, size, 1.0)[:, None]
+    numbers = [polygon.reshape(len(rows), -1) / size]
+    for side in (0, 1):
+        block = arrays.blocks[rows, side]
+        numbers.append((across @ rotation[block]).reshape(len(rows), -1))
+        numbers.append(np.einsum("kpd,kd->kp", across, translation[block] - origin) / size)
+    digits = np.rint(np.concatenate(numbers, axis=1) / CONGRUENT)
+    own = [of_block[arrays.blocks[rows]], arrays.faces[rows], arrays.label[rows], arrays.area[rows] == 0]
+    found, first = numbered(np.column_stack([rule[rows], *own, last - start, digits]))
+    congruent: IntArray = first[found]
+    return congruent
 
 
 def _from_one_side(patches: Sequence[Patch]) -> list[Patch]:
@@ -220,15 +349,23 @@ def _from_one_side(patches: Sequence[Patch]) -> list[Patch]:
 
 
 def _round_groups(
-    assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
-) -> list[IntArray]:
-    """Interfaces, those together that two round faces have in common and whose rule places on whole faces."""
-    whole = {rule: on_round_faces(rule.name) for rule in dict.fromkeys(rules)}
-    joints = round_joints(assembly, interfaces, [surface.smooth for surface in surfaces]).tolist()
-    groups: dict[object, list[int]] = {}
-    for number, (joint, rule) in enumerate(zip(joints, rules, strict=True)):
-        groups.setdefault((joint, rule) if whole[rule] else number, []).append(number)
-    return [np.array(rows) for rows in groups.values()]
+    assembly: Assembly,
+    surfaces: tuple[Surface, ...],
+    arrays: InterfaceArrays,
+    rule: IntArray,
+    rules: Sequence[Rule],
+) -> IntArray:
+    """Joint of each interface, as they first come: one for all that two round faces have in common, (i,).
+
+    Parameters
+    ----------
+    assembly, surfaces, arrays : Blocks, their surfaces, and where they touch.
+    rule : Number of each interface's rule among ``rules``: some place points on whole faces.
+    """
+    whole = np.array([on_round_faces(one.name) for one in rules])[rule]
+    joints = round_joints(assembly, arrays, [surface.smooth for surface in surfaces])
+    apart = np.where(whole, -1, np.arange(len(rule)))
+    return numbered(np.column_stack([np.where(whole, joints, -1), np.where(whole, rule, -1), apart]))[0]
 
 
 def _by_rule(joints: Sequence[Sequence[Patch]], rule: Rule) -> list[list[Spots]]:
@@ -255,12 +392,12 @@ def _checked(spots: Spots, patch: Patch, rule: Rule) -> Spots:
     return spots
 
 
-def _check_areas(placed: Sequence[Placed], interfaces: Sequence[Interface], rules: Sequence[Rule]) -> None:
+def _check_areas(placed: Placed, arrays: InterfaceArrays, rules: Sequence[Rule]) -> None:
     """Refuse areas of a rule that do not sum to the interfaces': stresses would be wrong."""
-    total = np.array([spot.area.sum() for spot, _ in placed])
-    whole = np.array([sum(interfaces[row].area for row in rows) for _, rows in placed])
+    total = np.array([spot.area.sum() for spot in placed.spots])[placed.of]
+    whole = np.add.reduceat(arrays.area[placed.rows], placed.first)
     for k in np.flatnonzero(np.abs(total - whole) > AREAS * whole)[:1]:
-        i = int(placed[k][1][0])
+        i = int(placed.rows[placed.first[k]])
         raise ExtensionError(
             f"placement rule '{rules[i].name}' gives areas that sum to {total[k]:g} on interface {i}, "
             f"expected {whole[k]:g}, the area of the interface (patch.interface.area); correct them"
@@ -275,25 +412,6 @@ def _check(number: int, rule: Rule) -> None:
         raise GeometryError(f"{where}: inset is {rule.inset}, expected 0 < inset <= 1 (1 is the very corner)")
     if rule.density < 1:
         raise GeometryError(f"{where}: density is {rule.density}, expected at least 1 subdivision")
-
-
-def _heights(patches: list[Patch], of: IntArray, middle: FloatArray, along: FloatArray) -> FloatArray:
-    """How far the faces of both sides are from the middles ``along`` the normals, shape (c, 2) [m]."""
-    planes = (_planes(patches, side) for side in (0, 1))
-    return np.stack([height(middle, along, on_face[of], normal[of]) for on_face, normal in planes], axis=1)
-
-
-def _planes(patches: list[Patch], side: int) -> tuple[FloatArray, FloatArray]:
-    """A point and the normal of one side's face of each patch, world coordinates, (i, d) each."""
-    solids = [(patch.sides[side].surface, patch.sides[side]) for patch in patches]
-    on_face = np.array([surface.solid.vertices[surface.solid.faces[own.face][0]] for surface, own in solids])
-    normal = np.array([surface.normals[own.face] for surface, own in solids])
-    rotation = np.array([own.pose.rotation for _, own in solids])
-    translation = np.array([own.pose.translation for _, own in solids])
-    return (
-        np.einsum("iab,ib->ia", rotation, on_face) + translation,
-        np.einsum("iab,ib->ia", rotation, normal),
-    )
 
 
 def _keys(assembly: Assembly, interfaces: Sequence[Interface], of: IntArray) -> IntArray:

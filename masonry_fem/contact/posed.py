@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from masonry_fem.contact.crossing import edges_of
 from masonry_fem.contact.surface import Surface
@@ -30,6 +30,8 @@ class Posed:
     edges : Edges of each block (``crossing.edges_of``), padded, shape (b, e, 4).
     edge_count : How many are real, shape (b,).
     support : Whether the block is one, shape (b,).
+    labels : Of the faces of all shapes, one shape after another.
+    first : First face of each shape, shape (s,).
     """
 
     solids: tuple[Polytope, ...]
@@ -43,6 +45,8 @@ class Posed:
     edges: IntArray
     edge_count: IntArray
     support: np.ndarray
+    labels: NDArray[np.object_]
+    first: IntArray
 
     @classmethod
     def of(cls, assembly: Assembly, surfaces: tuple[Surface, ...]) -> Posed:
@@ -68,14 +72,20 @@ class Posed:
             np.array([surface.convex for surface in surfaces])[shape],
             *_all_edges(solids, shape),
             np.array([block.support for block in assembly.blocks]),
+            np.array([text for solid in solids for text in solid.labels], dtype=object),
+            np.cumsum([0, *(len(solid.labels) for solid in solids)])[:-1],
         )
 
-    def label(self, blocks: Sequence[int], faces: Sequence[int]) -> str:
-        """Joint label that faces of two blocks share, or ""."""
-        one, two = (
-            self.solids[self.shape[block]].labels[face] for block, face in zip(blocks, faces, strict=True)
-        )
-        return one if one == two else ""
+    def shared_labels(self, blocks: IntArray, faces: IntArray) -> list[str]:
+        """Joint labels that faces of two blocks share, or "".
+
+        Parameters
+        ----------
+        blocks, faces : Shape (m, 2).
+        """
+        one, two = self.labels[self.first[self.shape[blocks]] + faces].T
+        found: list[str] = np.where(one == two, one, "").tolist()
+        return found
 
 
 def corners(assembly: Assembly) -> tuple[FloatArray, IntArray]:

@@ -15,6 +15,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.contact.contacts import local_frames
+from masonry_fem.contact.interface_arrays import InterfaceArrays, numbered
 from masonry_fem.contact.interpolation import CORNERS_OF
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
@@ -46,7 +47,7 @@ def smooth_faces(solid: Polytope, normals: FloatArray) -> IntArray:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def round_joints(assembly: Assembly, interfaces: Sequence[Interface], smooth: Sequence[IntArray]) -> IntArray:
+def round_joints(assembly: Assembly, arrays: InterfaceArrays, smooth: Sequence[IntArray]) -> IntArray:
     """The joint that each interface is a part of, numbered as they first come, shape (i,).
 
     Facets that two faces, round or parted, have in common under one label make up one joint; a corner, an
@@ -54,17 +55,20 @@ def round_joints(assembly: Assembly, interfaces: Sequence[Interface], smooth: Se
 
     Parameters
     ----------
-    assembly : The blocks. interfaces : Where they touch.
+    assembly : The blocks. arrays : Where they touch.
     smooth : Of each shape the round face of each of its faces, from ``smooth_faces``.
     """
-    joints: dict[object, int] = {}
-    found = np.empty(len(interfaces), dtype=np.int64)
-    for number, one in enumerate(interfaces):
-        sides = zip(one.blocks, one.faces, strict=True)
-        of = sorted((block, int(smooth[assembly.blocks[block].shape][face])) for block, face in sides)
-        key: object = (*of, one.label) if one.area > 0 and not one.tie else number
-        found[number] = joints.setdefault(key, len(joints))
-    return found
+    first = np.cumsum([0, *map(len, smooth)])
+    of_shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
+    whole = (arrays.area > 0) & ~arrays.tie
+    faces = np.where(whole[:, None], arrays.faces, 0)
+    sides = np.stack([arrays.blocks, np.concatenate(smooth)[first[of_shape[arrays.blocks]] + faces]], axis=2)
+    swapped = (sides[:, 0] > sides[:, 1])[:, 0] | (
+        (sides[:, 0, 0] == sides[:, 1, 0]) & (sides[:, 0, 1] > sides[:, 1, 1])
+    )
+    sides[swapped] = sides[swapped, ::-1]
+    own = np.where(whole, -1, np.arange(len(whole)))
+    return numbered(np.column_stack([sides.reshape(-1, 4), arrays.label, own]))[0]
 
 
 def joints_of(assembly: Assembly, interfaces: Sequence[Interface]) -> IntArray:
@@ -77,7 +81,7 @@ def joints_of(assembly: Assembly, interfaces: Sequence[Interface]) -> IntArray:
     solids = [shape.solid for shape in assembly.shapes]
     normals = [np.array([solid.normal(face) for face in range(len(solid.faces))]) for solid in solids]
     smooth = [smooth_faces(solid, own) for solid, own in zip(solids, normals, strict=True)]
-    return round_joints(assembly, interfaces, smooth)
+    return round_joints(assembly, InterfaceArrays.of(interfaces, assembly.dimension), smooth)
 
 
 def curvatures(mesh: Mesh, facets: IntArray, smooth: IntArray) -> FloatArray:

@@ -82,7 +82,7 @@ def _crossing(
         polygon=points.mean(axis=0)[None],
         gap=np.array([gap if abs(gap) >= ROUNDING * size else 0.0]),
         area=0.0,
-        label=posed.label((first, second), faces),
+        label=posed.shared_labels(np.array([[first, second]]), np.array([faces]))[0],
     )
 
 
@@ -133,7 +133,7 @@ def standing(
         polygon=feature - gap[:, None] * normal,
         gap=gap,
         area=0.0,
-        label=posed.label(blocks, faces),
+        label=posed.shared_labels(np.array([blocks]), np.array([faces]))[0],
     )
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from masonry_fem.contact.contacts import Interface, local_frames
+from masonry_fem.contact.interface_arrays import InterfaceArrays
 from masonry_fem.contact.smooth import FLAT, round_joints, smooth_faces
 from masonry_fem.march.model import Model
 from masonry_fem.output.polygon_moments import polygon_moments
@@ -88,7 +89,8 @@ class JointFaces:
         """The faces of a model's joints."""
         d, interfaces = model.assembly.dimension, model.interfaces
         planes = [_Planes.of(shape.solid) for shape in model.assembly.shapes]
-        joint = round_joints(model.assembly, interfaces, [shape.smooth for shape in planes])
+        arrays = InterfaceArrays.of(interfaces, d)
+        joint = round_joints(model.assembly, arrays, [shape.smooth for shape in planes])
         facets = Facets(*_padded([one.polygon for one in interfaces], d), joint)
         rows = np.split(np.argsort(joint, kind="stable"), np.cumsum(np.bincount(joint))[:-1])
         first = np.unique(joint, return_index=True)[1]

@@ -12,8 +12,6 @@ from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-ROUNDING = 1e-12  # of its size: patches that differ by less are congruent
-
 
 @dataclass(frozen=True, slots=True)
 class Planes:
@@ -80,30 +78,3 @@ def _flat(points: FloatArray, patch: IntArray, frame: FloatArray, origin: FloatA
                 for axis in range(d):
                     found[i, j, p] += (points[i, j, axis] - origin[k, axis]) * frame[k, p + 1, axis]
     return found
-
-
-def shapes(patches: Sequence[Patch]) -> list[tuple[object, ...]]:
-    """What congruent patches have in common, to rounding: faces, and how they lie on each other."""
-    if not patches:
-        return []
-    planes = Planes.of(patches)
-    across, size = planes.frame[:, 1:], planes.size
-    size = np.where(size > 0, size, 1.0)[:, None]
-    numbers = [planes.polygon.reshape(len(patches), -1) / size]
-    for side in (0, 1):
-        poses = [patch.sides[side].pose for patch in patches]
-        rotation = np.array([pose.rotation for pose in poses])
-        away = np.array([pose.translation for pose in poses]) - planes.origin
-        numbers.append((across @ rotation).reshape(len(patches), -1))
-        numbers.append(np.einsum("kpd,kd->kp", across, away) / size)
-    digits = np.rint(np.concatenate(numbers, axis=1) / ROUNDING) + 0.0  # no −0
-    return [
-        (
-            *((id(side.surface), side.face) for side in patch.sides),
-            patch.interface.label,
-            patch.interface.area == 0,
-            corners,
-            row.tobytes(),
-        )
-        for patch, corners, row in zip(patches, planes.count.tolist(), digits, strict=True)
-    ]

@@ -14,6 +14,7 @@ from masonry_fem.host.ranks import Leader
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods import newton
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
@@ -430,16 +431,37 @@ def test_impulses_are_held_where_holding_slip_leads_nowhere(seed: int) -> None:
     held = NewtonRun(part.problem, ProximalNewton(), part.start).settling.held
     settings = SolverSettings(tolerance=1e-3)
     assert not iterate(part.problem, held, settings, part.start).converged
-    found = settling._Rest(part, held, settings, enough=1e-3).best()
+    found = settling._Rest(part, aimed(part.problem, part.start), settings, enough=1e-3).best()
     assert found.converged
 
 
 def test_holding_impulses_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(settling, "MOST_SYSTEMS", 1)
     part = stone(6)
-    held = NewtonRun(part.problem, ProximalNewton(), part.start).settling.held
-    rest = settling._Rest(part, held, SolverSettings(tolerance=1e-3), enough=1e-3)
+    rest = settling._Rest(part, aimed(part.problem, part.start), SolverSettings(tolerance=1e-3), enough=1e-3)
     assert rest.best().outcome is Outcome.MAX_ITERATIONS
+
+
+@pytest.mark.parametrize("small", [True, False])
+def test_a_small_part_that_steps_leave_as_it_is_gets_another_method(
+    monkeypatch: pytest.MonkeyPatch, small: bool
+) -> None:
+    """Its error is good enough from the start, and there are no further steps with slip held."""
+    part = stone(6)
+    rough = iterate(part.problem, InteriorPoint(), SolverSettings(tolerance=1e-4))
+    part = replace(part, impulse=(1 + 1e-5) * rough.impulse, rigid_velocity=rough.rigid_velocity)
+    monkeypatch.setattr(settling, "CONTACTS", part.problem.count - (not small))
+    monkeypatch.setattr(settling, "FURTHER", 0)
+    aim, settings = aimed(part.problem, part.start), SolverSettings(tolerance=1e-9)
+    found = settling._Rest(part, aim, settings, enough=1e-3).best()
+    assert (found.quality.error <= 1e-9) is small
+    assert small or np.array_equal(found.impulse, part.impulse)
+
+
+def aimed(problem: ContactProblem, start: Start) -> settling.Aim:
+    """How Newton's method brings parts to rest."""
+    parts = NewtonRun(problem, ProximalNewton(), start).settling
+    return settling.Aim(parts.held, parts.rescue, size=1.0, error=1e-3, least=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -462,7 +484,7 @@ def test_groups_are_dealt_by_the_decades_that_they_have_to_go() -> None:
     start = sliding(problem)
     every = np.ones(problem.body_count, dtype=bool)
     part = Part.of(problem, every, start.impulse, start.rigid_velocity)
-    aim = settling.Aim(NewtonRun(problem, ProximalNewton(), start).settling.held, 1.0, 1e-3, 1e-8)
+    aim = aimed(problem, start)
     wanted = aim.errors(part)[0] * float(np.linalg.norm(part.impulse))
     residual = np.zeros_like(part.impulse)
     works = []

@@ -31,6 +31,7 @@ from masonry_fem.nscd import graphs
 from masonry_fem.nscd.iterate import Iterate, Run
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem, Products
@@ -189,7 +190,7 @@ class NewtonRun:
             iterations=_PART_STEPS,
             library=settings.library,
         )
-        self.settling = Settling(problem, held)
+        self.settling = Settling(problem, held, InteriorPoint())
         self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
         self.made: tuple[FloatArray, FloatArray, Products] | None = None  # the last p and U, and theirs

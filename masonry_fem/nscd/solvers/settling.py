@@ -6,7 +6,7 @@ on by a thousandth. So such bodies and those around them are solved for as a pro
 while all others stay; then the next step of the whole is a full one. That is nonlinear elimination of what
 is most nonlinear.
 
-    settling = Settling(problem, held)
+    settling = Settling(problem, held, InteriorPoint())
     settled = settling.settle(residual, impulse, rigid_velocity, error, wanted)
     if settled is not None:
         impulse, rigid_velocity = settled
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.host.ranks import Leader, Member, team
-from masonry_fem.nscd.iterate import iterate
+from masonry_fem.nscd.iterate import Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
@@ -74,10 +74,11 @@ class Settling:
     ----------
     problem : The whole.
     held : The method that solves parts: one that holds slip back from the start.
+    rescue : One for small parts that this one leaves as they are.
     """
 
-    def __init__(self, problem: ContactProblem, held: ProximalNewton) -> None:
-        self.problem, self.held = problem, held
+    def __init__(self, problem: ContactProblem, held: ProximalNewton, rescue: Method) -> None:
+        self.problem, self.held, self.rescue = problem, held, rescue
         self.linear_solves = 0  # of all parts so far
 
     def settle(
@@ -109,7 +110,7 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        aim = Aim(self.held, size, error, wanted)
+        aim = Aim(self.held, self.rescue, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
         for group, found in zip(groups, _rested(groups, residual, aim, until), strict=True):
@@ -125,12 +126,13 @@ class Aim:
 
     Attributes
     ----------
-    held : The method, which holds slip back.
+    held : The method, which holds slip back. rescue : The one for small parts that it leaves as they are.
     size : Norm of the impulses of the whole.
     error, least : Error of the whole, and the one at which it ends.
     """
 
     held: ProximalNewton
+    rescue: Method
     size: float
     error: float
     least: float
@@ -249,7 +251,7 @@ def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
     for chosen in group.clusters():
         cluster = Part.of(group.problem, chosen, impulse, rigid_velocity)
         wanted, enough = aim.errors(cluster)
-        rest = _Rest(cluster, aim.held, SolverSettings(tolerance=wanted, time_limit=_left(until)), enough)
+        rest = _Rest(cluster, aim, SolverSettings(tolerance=wanted, time_limit=_left(until)), enough)
         found = rest.best()
         solves += rest.linear_solves
         if found.quality.error <= enough or found.quality.error <= BETTER * _error(cluster):
@@ -268,12 +270,13 @@ class _Rest:
 
     Parameters
     ----------
-    part : With the state that it is in. held : The method. settings : With what is wanted.
+    part : With the state that it is in. aim : The methods. settings : With what is wanted.
     enough : Error that will do.
     """
 
-    def __init__(self, part: Part, held: ProximalNewton, settings: SolverSettings, enough: float) -> None:
-        self.part, self.held, self.settings, self.enough = part, held, settings, enough
+    def __init__(self, part: Part, aim: Aim, settings: SolverSettings, enough: float) -> None:
+        self.part, self.held, self.rescue = part, aim.held, aim.rescue
+        self.settings, self.enough = settings, enough
         self.linear_solves = 0
 
     def best(self) -> Solution:
@@ -282,7 +285,12 @@ class _Rest:
         if found.converged and found.quality.error > self.settings.tolerance:
             # where iterations fail, what a factor led to was further off, and cost as much as all before it
             held = replace(self.held, iterations=FURTHER, rise=RISE, falls_back=False)
-            found = _better(found, self._solved(held, self.settings, _ahead(found)))
+            further = self._solved(held, self.settings, _ahead(found))
+            # whoever says again and again that such a part rests hides an error that only velocities show
+            stays = not found.iterations and further.quality.error >= found.quality.error
+            if stays and self.part.problem.count <= CONTACTS:
+                further = self._solved(self.rescue, self.settings, _ahead(found))
+            found = _better(found, further)
         return found
 
     def _enough(self, settings: SolverSettings) -> Solution:
@@ -293,7 +301,7 @@ class _Rest:
         firm = replace(self.held, weight=FIRM, decrease=SOFTER, grip=0.0, systems=MOST_SYSTEMS)
         return _better(found, self._solved(firm, settings, self.part.start))
 
-    def _solved(self, method: ProximalNewton, settings: SolverSettings, start: Start) -> Solution:
+    def _solved(self, method: Method, settings: SolverSettings, start: Start) -> Solution:
         solution = iterate(self.part.problem, method, settings, start)
         self.linear_solves += solution.linear_solves
         return solution

@@ -286,7 +286,7 @@ class _Rest:
             # where iterations fail, what a factor led to was further off, and cost as much as all before it
             held = replace(self.held, iterations=FURTHER, rise=RISE, falls_back=False)
             further = self._solved(held, self.settings, _ahead(found))
-            # whoever says again and again that such a part rests hides an error that only velocities show
+            # told again and again that such a part rests, the whole keeps an error that its velocities show
             stays = not found.iterations and further.quality.error >= found.quality.error
             if stays and self.part.problem.count <= CONTACTS:
                 further = self._solved(self.rescue, self.settings, _ahead(found))

@@ -47,7 +47,7 @@ class Iterate:
     iterations : Sweeps or Newton steps made since the last offer.
     linear_solves : Linear systems factorised since the last offer.
     verdict : Why the method cannot go on (STALLED, NO_EQUILIBRIUM, FAILED); None: it can.
-    products : Those of the problem, p and U, where the method has made them.
+    products : Of what the method has multiplied last, if it tells them.
     """
 
     impulse: FloatArray
@@ -262,7 +262,7 @@ class _Unshifted:
         return self._put_back(self._run.step(quality, settings))
 
     def _put_back(self, offer: Iterate) -> Iterate:
-        return replace(offer, impulse=offer.impulse - self._offset, products=None)
+        return replace(offer, impulse=offer.impulse - self._offset)
 
 
 def _blown_up(offer: Iterate) -> bool:

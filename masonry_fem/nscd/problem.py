@@ -40,12 +40,24 @@ class Products(NamedTuple):
 
     Attributes
     ----------
+    impulse, rigid_velocity : p and U, shapes (c, d) and (b, m).
     elastic : W_el p, shape (c, d) [m/s]. velocity : v, shape (c, d) [m/s]. given : Bᵀ p, shape (b, m).
     """
 
+    impulse: FloatArray
+    rigid_velocity: FloatArray
     elastic: FloatArray
     velocity: FloatArray
     given: FloatArray
+
+    def are_of(self, impulse: FloatArray, rigid_velocity: FloatArray) -> bool:
+        """True where these very arrays were multiplied: a form that makes others of them has others.
+
+        Parameters
+        ----------
+        impulse, rigid_velocity : As above.
+        """
+        return self.impulse is impulse and self.rigid_velocity is rigid_velocity
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +243,7 @@ class ContactProblem:
         """W_el p, v and Bᵀ p."""
         elastic = self.elastic_velocity(impulse)
         velocity = elastic + self.free_velocity + self.contact_velocity(rigid_velocity)
-        return Products(elastic, velocity, self.body_impulse(impulse))
+        return Products(impulse, rigid_velocity, elastic, velocity, self.body_impulse(impulse))
 
     def contact_part(self, impulse: FloatArray, velocity: FloatArray) -> FloatArray:
         """P̃ = p + a + S v, which the laws of contact hold for; p itself where joints are dry, (c, d)."""

@@ -91,7 +91,7 @@ def assess(
     scale : Scale w of each contact, shape (c,) [1/kg]; None: ``contact_scale(problem)``.
     least_impulse : Impulse to which errors are relative if ‖p‖ is smaller [N s], as after a load has gone,
         when only rounding is left of p.
-    products : Those of the problem, p and U; None: they are not known.
+    products : Those of the problem, if they are of these p and U; None: they are not known.
     """
     from masonry_fem.nscd.contact_measures import measured  # noqa: PLC0415 - Numba is slow to import
 
@@ -198,8 +198,9 @@ class _State:
     ) -> None:
         self.problem, self.impulse, self.least_impulse = problem, impulse, least_impulse
         self.scale = contact_scale(problem) if scale is None else scale
-        known = problem.products(impulse, rigid_velocity) if products is None else products
-        self.elastic, self.velocity, self.given = known
+        if products is None or not products.are_of(impulse, rigid_velocity):
+            products = problem.products(impulse, rigid_velocity)
+        self.elastic, self.velocity, self.given = products.elastic, products.velocity, products.given
         self.pressed = problem.contact_part(impulse, self.velocity)
         self.gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
 

@@ -402,7 +402,7 @@ def test_products_that_come_with_an_offer_are_those_of_its_state(monkeypatch, co
     known = []
 
     def measured(problem, impulse, rigid_velocity, scale=None, least_impulse=0.0, products=None):
-        known.append(products is not None)
+        known.append(products is not None and products.are_of(impulse, rigid_velocity))
         quality = assess(problem, impulse, rigid_velocity, scale, least_impulse, products)
         assert quality == assess(problem, impulse, rigid_velocity, scale, least_impulse)
         return quality

@@ -193,7 +193,7 @@ class NewtonRun:
         self.settling = Settling(problem, held, InteriorPoint())
         self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
-        self.made: tuple[FloatArray, FloatArray, Products] | None = None  # the last p and U, and theirs
+        self.made: Products | None = None  # of the last p and U
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
         self.until: float | None = None  # when it has to end
@@ -280,7 +280,7 @@ class NewtonRun:
         if verdict is Outcome.NO_EQUILIBRIUM:
             velocity = self.escape.mechanism
         steps = min(solves, 1)  # partings come within one
-        return Iterate(self.impulse, velocity, steps, solves, verdict, self._known(self.impulse, velocity))
+        return Iterate(self.impulse, velocity, steps, solves, verdict, self.made)
 
     # one Newton step
 
@@ -501,15 +501,13 @@ class NewtonRun:
                 return point.moved
         known = self._known(impulse, rigid_velocity)
         if known is None:
-            known = self.problem.products(impulse, rigid_velocity)
-            self.made = impulse, rigid_velocity, known
+            known = self.made = self.problem.products(impulse, rigid_velocity)
         return known.velocity
 
     def _known(self, impulse: FloatArray, rigid_velocity: FloatArray) -> Products | None:
         """Products of a state, if they were the last that were made."""
-        if self.made is None or self.made[0] is not impulse or self.made[1] is not rigid_velocity:
-            return None
-        return self.made[2]
+        known = self.made is not None and self.made.are_of(impulse, rigid_velocity)
+        return self.made if known else None
 
     # parts
 

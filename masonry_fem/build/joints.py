@@ -55,7 +55,8 @@ def joint_of_interfaces(
     if tell and not arrays.tie.all():
         labels = {arrays.labels[number] for number in np.unique(arrays.label[~arrays.tie]).tolist()}
         _tell_idle(scene, np.flatnonzero(~holds.any(axis=1)).tolist(), labels)
-    found: list[int] = np.where(arrays.tie, -1, len(holds) - 1 - holds[::-1].argmax(axis=0)).tolist()
+    last = np.where(holds, np.arange(len(holds))[:, None], -1).max(axis=0, initial=-1)
+    found: list[int] = last.tolist()
     return found
 
 

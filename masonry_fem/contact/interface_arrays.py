@@ -1,7 +1,9 @@
 """InterfaceArrays: interfaces as arrays, for what is done with all of them at once.
 
-arrays = InterfaceArrays.of(interfaces, dimension)
-number, first = numbered(arrays.blocks)     # equal rows get equal numbers
+    arrays = InterfaceArrays.of(interfaces, dimension)
+    number, first = numbered(arrays.blocks)     # equal rows get equal numbers
+
+The objects stay what users and messages deal with.
 """
 
 from __future__ import annotations

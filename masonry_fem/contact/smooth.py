@@ -63,9 +63,8 @@ def round_joints(assembly: Assembly, arrays: InterfaceArrays, smooth: Sequence[I
     whole = (arrays.area > 0) & ~arrays.tie
     faces = np.where(whole[:, None], arrays.faces, 0)
     sides = np.stack([arrays.blocks, np.concatenate(smooth)[first[of_shape[arrays.blocks]] + faces]], axis=2)
-    swapped = (sides[:, 0] > sides[:, 1])[:, 0] | (
-        (sides[:, 0, 0] == sides[:, 1, 0]) & (sides[:, 0, 1] > sides[:, 1, 1])
-    )
+    (block, face), (facing, its) = sides[:, 0].T, sides[:, 1].T
+    swapped = (block > facing) | ((block == facing) & (face > its))
     sides[swapped] = sides[swapped, ::-1]
     own = np.where(whole, -1, np.arange(len(whole)))
     return numbered(np.column_stack([sides.reshape(-1, 4), arrays.label, own]))[0]

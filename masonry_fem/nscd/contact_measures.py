@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Vector = tuple[float, float, float]
 
-# Least square of a radius that is as exact as others, and the share of it below which rounding decides nothing:
-# with any share below 1 results are the same, and more or fewer of them take a square root.
+# Least square of a radius that is as exact as others, and the share of it below which rounding decides
+# nothing: with any share below 1 results are the same, and more or fewer of them take a square root.
 _LEAST = 1e-280
 _CERTAIN = 0.999
 

@@ -27,6 +27,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+# Rings of bodies around those that are far from settled, which come to rest with them.
+AROUND = 3
+
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -145,7 +148,7 @@ def touched(problem: ContactProblem, chosen: Mask) -> Mask:
 
 
 def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Mask:
-    """The fewest bodies without whose contacts the residual is at most ``least``, and their neighbours.
+    """The fewest bodies without whose contacts the residual is at most ``least``, and those around them.
 
     Parameters
     ----------
@@ -159,5 +162,6 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     order = np.argsort(of_bodies[:-1], kind="stable")
     chosen = np.zeros(problem.body_count + 1, dtype=bool)
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True
-    chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
+    for _ in range(AROUND):
+        chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
     return chosen[:-1]

@@ -29,9 +29,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.iterate import Iterate, Run
-from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library
-from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem, Products
@@ -86,8 +84,6 @@ class ProximalNewton:
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
     systems : Linear systems after which no further step begins, those of parts included.
-    rise : Factor by which an error may exceed the least so far; a step that raises it further ends the run.
-    falls_back : Where iterations on a linear system fail, a factor takes over; else it has stalled.
     library : Linear factor, see ``linear``.
     """
 
@@ -102,8 +98,6 @@ class ProximalNewton:
     moving: bool = False
     iterations: int = 400
     systems: float = np.inf
-    rise: float = np.inf
-    falls_back: bool = True
     library: Library = "auto"
 
     @property
@@ -162,7 +156,6 @@ class NewtonRun:
         modes = problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6)
         kind = ModalSystem if modes else NewtonSystem
         self.system: NewtonSystem = kind(problem, unfolded, settings.library)
-        self.system.falls_back = settings.falls_back
         most = SLENDER_OF_MANY if self.system.many else SLENDER
         self.proximal = proximal_scale(problem, self.scale, most)
         self.static = problem.rigid_mass <= 0
@@ -184,13 +177,15 @@ class NewtonRun:
         self.slight = False  # whether some gaps are small beside what blocks give way by
         self.grip = settings.grip  # κ, which holds slip
         self.jammed = False  # this step was
+        self.settles = False  # parts come to rest after each step
         held = ProximalNewton(
             weight=self.least_weight,
             grip=_GRIP,
             iterations=_PART_STEPS,
+            patience=_PART_STEPS,
             library=settings.library,
         )
-        self.settling = Settling(problem, held, InteriorPoint())
+        self.settling = Settling(problem, held)
         self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
         self.made: Products | None = None  # of the last p and U
@@ -207,7 +202,7 @@ class NewtonRun:
         """Begin at a first guess with these impulses."""
         self.bonded = False
         if self.system.many and self.settings.weight is None:  # what sticks is nearly known
-            self.weight = self.least_weight
+            self.weight, self.settles = self.least_weight, not self.settings.grip
         self.impulse = impulse.copy()
         self.rigid_velocity = self.problem.balanced_velocity(impulse)
         if start.rigid_velocity is not None:
@@ -220,7 +215,7 @@ class NewtonRun:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """One Newton step; a round that is solved moves the centre."""
-        if quality.error > self.settings.rise * self.least or self._rounded(quality, settings.tolerance):
+        if self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
         if self._solves() >= self.settings.systems:
             return self._offer(Outcome.MAX_ITERATIONS, solves=0)
@@ -233,8 +228,6 @@ class NewtonRun:
                 point = self._advance()
         except np.linalg.LinAlgError:  # a contact's own block is exactly singular
             point = None
-        except StagnationError:
-            return self._offer(Outcome.STALLED, self._solves() - before)
         if point is None or not np.isfinite(point.residual):
             return self._offer(None if self._restart() else Outcome.FAILED, self._solves() - before)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
@@ -244,14 +237,15 @@ class NewtonRun:
 
     def _next(self, residual: float, quality: Quality, tolerance: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
+        enough = 0.5 * _share(quality) * tolerance
         if self.jammed:
-            self.jammed, self.grip = False, _GRIP
+            self.jammed, self.settles, self.grip = False, True, _GRIP
             return self._watch_settling() if self._settle() else self._close_round(tolerance)
         rebounds = self._rebounds(residual)
-        if self.grip and not self.settings.grip and self._settle():
+        if self.settles and self._settle(enough):
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
-        if residual <= max(self.settings.accuracy * self.error, 0.5 * _share(quality) * tolerance):
+        if residual <= max(self.settings.accuracy * self.error, enough):
             self.grip *= _LOOSER
             slow = self.large_part and self._relative(self._natural_residual()) > _SLOW * self.error
             return self._watch_settling() if slow and self._settle() else self._close_round(tolerance)
@@ -511,10 +505,12 @@ class NewtonRun:
 
     # parts
 
-    def _settle(self) -> bool:
-        """Bring what is far from settled to rest by itself; False where it cannot be done."""
+    def _settle(self, enough: float = 0.0) -> bool:
+        """Bring what is far from settled to rest by itself; False where it cannot be done, or need not be."""
         residual = self._natural_residual()
         error = min(self._relative(residual), _REBOUND * self.best)
+        if error <= enough:
+            return False
         settled = self.settling.settle(
             residual, self.impulse, self.rigid_velocity, error, self.wanted, self.until, self.best
         )

@@ -44,13 +44,7 @@ class NewtonSystem:
     problem : The contact problem.
     scale : w of each contact, shape (c,).
     library : Linear factor, see ``linear``.
-
-    Attributes
-    ----------
-    falls_back : Where iterations fail, a factor takes over.
     """
-
-    falls_back = True
 
     def __init__(self, problem: ContactProblem, scale: FloatArray, library: Library = "auto") -> None:
         from masonry_fem.nscd.transfer import column_squares  # noqa: PLC0415 - Numba is slow to import
@@ -149,12 +143,7 @@ class NewtonSystem:
         return made
 
     def _iteration(self, kept: IntArray, terms: Terms) -> Solve:
-        """Solves by iteration, and by a factor from where that fails.
-
-        Raises
-        ------
-        StagnationError : It has failed, and no factor takes over.
-        """
+        """Solves by iteration, and by a factor from where that fails."""
         quick = self.interfaces.solver(terms, kept, self.body_matrix, self._bodies_factorised)
         factor: Solve | None = None
 
@@ -164,8 +153,6 @@ class NewtonSystem:
                 try:
                     return quick(rhs)
                 except StagnationError as failure:
-                    if not self.falls_back:
-                        raise
                     logger.info(
                         "iteration of a Newton step failed (%s); there are factors from now on", failure
                     )

@@ -6,7 +6,7 @@ on by a thousandth. So such bodies and those around them are solved for as a pro
 while all others stay; then the next step of the whole is a full one. That is nonlinear elimination of what
 is most nonlinear.
 
-    settling = Settling(problem, held, InteriorPoint())
+    settling = Settling(problem, held)
     settled = settling.settle(residual, impulse, rigid_velocity, error, wanted)
     if settled is not None:
         impulse, rigid_velocity = settled
@@ -28,13 +28,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.host.ranks import Leader, Member, team
-from masonry_fem.nscd.iterate import Method, iterate
+from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
-from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS
+from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS, FACTORED
 
 if TYPE_CHECKING:
     from masonry_fem.nscd.methods.newton import ProximalNewton
@@ -52,9 +52,9 @@ LEFT = (0.1, 0.3, 0.6)
 # Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,
 # and the least over that at which the whole ends.
 SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-4, 0.1
-# The same of what is good enough, which is at most ACCEPTABLE at the end; and steps from there on, of which
-# one that raises the error by such a factor is the last: after it none has come to what is wanted.
-ENOUGH, LEAST, FURTHER, RISE = 0.1, 0.5, 20, 2e3
+# The same of what is good enough, which is at most ACCEPTABLE at the end; and linear systems from there on. Of
+# the parts that need steps to change anything, which their error does not tell, some take up to fifty.
+ENOUGH, LEAST, FURTHER = 0.1, 0.5, 50
 # Of the error that a part had: what is taken where it does not come to what is good enough.
 BETTER = 0.1
 # Where slip held does not bring a part to rest: first α of steps in which impulses are held instead, and its
@@ -64,6 +64,7 @@ FIRM, SOFTER, MOST_SYSTEMS = 0.1, 0.3, 400
 # What each further rank adds to the speed of one where ranks solve for a group together: two take five sixths
 # of the time for 12 600 contacts, and as long as one for 4 500.
 GAIN = 0.2
+_OUT_OF = {Outcome.MAX_ITERATIONS, Outcome.TIME_LIMIT}
 _NO_TIME = 1e-9  # a limit that is over [s]
 
 
@@ -74,11 +75,10 @@ class Settling:
     ----------
     problem : The whole.
     held : The method that solves parts: one that holds slip back from the start.
-    rescue : One for small parts that this one leaves as they are.
     """
 
-    def __init__(self, problem: ContactProblem, held: ProximalNewton, rescue: Method) -> None:
-        self.problem, self.held, self.rescue = problem, held, rescue
+    def __init__(self, problem: ContactProblem, held: ProximalNewton) -> None:
+        self.problem, self.held = problem, held
         self.linear_solves = 0  # of all parts so far
 
     def settle(
@@ -110,7 +110,7 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        aim = Aim(self.held, self.rescue, size, error, wanted)
+        aim = Aim(self.held, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False
         for group, found in zip(groups, _rested(groups, residual, aim, until), strict=True):
@@ -126,13 +126,12 @@ class Aim:
 
     Attributes
     ----------
-    held : The method, which holds slip back. rescue : The one for small parts that it leaves as they are.
+    held : The method, which holds slip back.
     size : Norm of the impulses of the whole.
     error, least : Error of the whole, and the one at which it ends.
     """
 
     held: ProximalNewton
-    rescue: Method
     size: float
     error: float
     least: float
@@ -270,38 +269,33 @@ class _Rest:
 
     Parameters
     ----------
-    part : With the state that it is in. aim : The methods. settings : With what is wanted.
+    part : With the state that it is in. aim : The method. settings : With what is wanted.
     enough : Error that will do.
     """
 
     def __init__(self, part: Part, aim: Aim, settings: SolverSettings, enough: float) -> None:
-        self.part, self.held, self.rescue = part, aim.held, aim.rescue
+        self.part, self.held = part, aim.held
         self.settings, self.enough = settings, enough
         self.linear_solves = 0
 
     def best(self) -> Solution:
-        """Its best state: first one that is good enough, then a few steps towards what is wanted."""
+        """Its best state: one that is good enough, and unless it is large more steps to what is wanted."""
         found = self._enough(replace(self.settings, tolerance=self.enough))
-        if found.converged and found.quality.error > self.settings.tolerance:
-            # where iterations fail, what a factor led to was further off, and cost as much as all before it
-            held = replace(self.held, iterations=FURTHER, rise=RISE, falls_back=False)
-            further = self._solved(held, self.settings, _ahead(found))
-            # told again and again that such a part rests, the whole keeps an error that its velocities show
-            stays = not found.iterations and further.quality.error >= found.quality.error
-            if stays and self.part.problem.count <= CONTACTS:
-                further = self._solved(self.rescue, self.settings, _ahead(found))
-            found = _better(found, further)
+        large = self.part.problem.count > FACTORED
+        if found.converged and found.quality.error > self.settings.tolerance and not large:
+            further = replace(self.held, systems=FURTHER)
+            found = _better(found, self._solved(further, self.settings, _ahead(found)))
         return found
 
     def _enough(self, settings: SolverSettings) -> Solution:
         """Its best state: with slip held; else with impulses held, as helps where contacts part and meet."""
         found = self._solved(self.held, settings, self.part.start)
-        if found.converged or found.outcome is Outcome.TIME_LIMIT:
+        if found.converged or found.outcome in _OUT_OF:
             return found
         firm = replace(self.held, weight=FIRM, decrease=SOFTER, grip=0.0, systems=MOST_SYSTEMS)
         return _better(found, self._solved(firm, settings, self.part.start))
 
-    def _solved(self, method: Method, settings: SolverSettings, start: Start) -> Solution:
+    def _solved(self, method: ProximalNewton, settings: SolverSettings, start: Start) -> Solution:
         solution = iterate(self.part.problem, method, settings, start)
         self.linear_solves += solution.linear_solves
         return solution
@@ -309,7 +303,7 @@ class _Rest:
 
 def _ahead(solution: Solution) -> Start:
     """What goes on from a solution."""
-    return Start(solution.impulse, solution.rigid_velocity, solution.velocity)
+    return Start(solution.impulse, solution.rigid_velocity)
 
 
 def _better(one: Solution, other: Solution) -> Solution:

@@ -28,7 +28,7 @@ IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 # Rings of bodies around those that are far from settled, which come to rest with them.
-AROUND = 3
+AROUND = 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -282,7 +282,7 @@ class Two(Leader):
     """Two ranks in one process, to which shares go as they go to others."""
 
     def __init__(self) -> None:
-        self.size = 2
+        self.size, self.busy = 2, False
         self.loads: list[list[int]] = []
 
     def call(self, work, shares):
@@ -466,13 +466,27 @@ def aimed(problem: ContactProblem, start: Start) -> settling.Aim:
     return settling.Aim(parts.held, size=1.0, error=1e-3, least=1e-8)
 
 
+def test_a_leader_at_work_on_a_part_asks_no_other_rank_for_parts_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    leader = object.__new__(Leader)
+    leader.busy = True  # it has neither a communicator nor other ranks, and would fail if it called them
+    part = stone(6)
+    aim = aimed(part.problem, part.start)
+    alone = settling._rested([part], part.impulse, aim, None)
+    monkeypatch.setattr(settling, "team", lambda: leader)
+    shared = settling._rested([part], part.impulse, aim, None)
+    np.testing.assert_array_equal(shared[0].impulse, alone[0].impulse)
+
+
 @pytest.mark.parametrize(
     ("sizes", "large"),
     [
         ([12_600, 1_000, 1_000, 270], [True, False, False, False]),  # who has the first would be last by far
         ([4_527, 4_500], [False, False]),  # one for each rank
         ([5_000, 60_000, 4_000], [False, True, False]),
-        ([40_000, 30_000, 30_000, 30_000], [False, False, False, False]),
+        ([40_000, 30_000, 30_000, 30_000], [True, True, True, True]),  # all have parts of their own
+        ([15_000, 15_000, 15_000, 15_000], [False, False, False, False]),
         ([1_900, 100], [False, False]),  # a factor is one rank's
         ([], []),
     ],

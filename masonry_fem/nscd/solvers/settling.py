@@ -175,7 +175,7 @@ def _rested(groups: Sequence[Part], residual: FloatArray, aim: Aim, until: float
     aim : What is asked of them. until : As for ``Settling.settle``.
     """
     leader = team()
-    if not isinstance(leader, Leader):
+    if not isinstance(leader, Leader) or leader.busy:  # at work on a part of which these are parts
         return [_in_turn(group, aim, until) for group in groups]
     sizes = np.array([group.problem.count for group in groups])
     large = _large(sizes, leader.size)
@@ -200,12 +200,13 @@ def _large(sizes: IntArray, ranks: int) -> Mask:
     order = np.argsort(-sizes, kind="stable")
     iterated = int((sizes > CONTACTS).sum())  # others have a factor, which is one rank's
     speed = 1 + GAIN * (ranks - 1)
+    least = int((sizes > FACTORED).sum())  # these have parts of their own, which ranks share
     ends = [
         sizes[order[:count]].sum() / speed + _load(sizes[order[count:]], ranks).max()
-        for count in range(iterated + 1)
+        for count in range(least, iterated + 1)
     ]
     large = np.zeros(len(sizes), dtype=bool)
-    large[order[: int(np.argmin(ends))]] = True
+    large[order[: least + int(np.argmin(ends))]] = True
     return large
 
 

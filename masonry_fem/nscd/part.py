@@ -27,7 +27,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# Rings of bodies around those that are far from settled, which come to rest with them.
+# Rings of bodies around those that are far from settled, which come to rest with them. With one an error
+# comes back with each step of large walls; with three parts take longer than they save.
 AROUND = 2
 
 

@@ -11,8 +11,9 @@ unbalanced impulse stays from round to round, whatever ε, and U grows along the
 
 If the line search makes a step of many elastic contacts very short, slip is damped, too, by
 F_T + κ ρ (v_T − v_T,k) at contacts that slide; κ falls with each round that converges, and rises if one does
-not. After each such step the bodies with the largest residuals are solved for separately, as a smaller
-contact problem (``part``). A large part has such parts, too, where its rounds bring it on slowly.
+not. After each such step, and after all that go on from a first guess, the bodies with the largest residuals
+are solved for separately, as a smaller contact problem (``part``). A large part has such parts, too, where
+its rounds bring it on slowly.
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
@@ -177,7 +178,7 @@ class NewtonRun:
         self.slight = False  # whether some gaps are small beside what blocks give way by
         self.grip = settings.grip  # κ, which holds slip
         self.jammed = False  # this step was
-        self.settles = False  # parts come to rest after each step
+        self.settles = False  # what is far from settled comes to rest by itself after each step
         held = ProximalNewton(
             weight=self.least_weight,
             grip=_GRIP,

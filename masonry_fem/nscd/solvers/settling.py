@@ -52,19 +52,20 @@ LEFT = (0.1, 0.3, 0.6)
 # Error that is wanted of a part over that of the whole, as the whole sees it; its bounds, of the part's own,
 # and the least over that at which the whole ends.
 SHARE, FINEST, COARSEST, FINER = 1e-2, 1e-7, 1e-4, 0.1
-# The same of what is good enough, which is at most ACCEPTABLE at the end; and linear systems from there on. Of
-# the parts that need steps to change anything, which their error does not tell, some take up to fifty.
+# The same of what is good enough, which is at most ACCEPTABLE at the end; and linear systems from there on,
+# unless the part is large: loose stones at a fold keep their error for ten steps, and come to rest after 50.
 ENOUGH, LEAST, FURTHER = 0.1, 0.5, 50
 # Of the error that a part had: what is taken where it does not come to what is good enough.
 BETTER = 0.1
-# Where slip held does not bring a part to rest: first α of steps in which impulses are held instead, and its
-# factor after each round; and linear systems after which they have failed, those of the part's own parts
-# included. Where they lead somewhere they take up to 200; where not, they took up to 18 000.
+# Where steps with slip held stall: first α of steps in which impulses are held instead, and its factor after
+# each round; and linear systems after which they have failed, those of the part's own parts included.
+# Where they lead somewhere they take up to 200; where not, they took up to 18 000.
 FIRM, SOFTER, MOST_SYSTEMS = 0.1, 0.3, 400
 # What each further rank adds to the speed of one where ranks solve for a group together: two take five sixths
 # of the time for 12 600 contacts, and as long as one for 4 500.
 GAIN = 0.2
-_OUT_OF = {Outcome.MAX_ITERATIONS, Outcome.TIME_LIMIT}
+# Outcomes after which impulses are not held instead: slip held goes on, but there is no more time for it.
+UNFINISHED = {Outcome.MAX_ITERATIONS, Outcome.TIME_LIMIT}
 _NO_TIME = 1e-9  # a limit that is over [s]
 
 
@@ -291,7 +292,7 @@ class _Rest:
     def _enough(self, settings: SolverSettings) -> Solution:
         """Its best state: with slip held; else with impulses held, as helps where contacts part and meet."""
         found = self._solved(self.held, settings, self.part.start)
-        if found.converged or found.outcome in _OUT_OF:
+        if found.converged or found.outcome in UNFINISHED:
             return found
         firm = replace(self.held, weight=FIRM, decrease=SOFTER, grip=0.0, systems=MOST_SYSTEMS)
         return _better(found, self._solved(firm, settings, self.part.start))

@@ -192,6 +192,7 @@ class NewtonRun:
         self.made: Products | None = None  # of the last p and U
         self.begun = time.monotonic()
         self.wanted = TARGET  # error at which it ends
+        self.enough = TARGET  # error of the impulses at which it does
         self.until: float | None = None  # when it has to end
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
@@ -220,7 +221,7 @@ class NewtonRun:
             return self._offer(Outcome.STALLED, solves=0)
         if self._solves() >= self.settings.systems:
             return self._offer(Outcome.MAX_ITERATIONS, solves=0)
-        self.wanted = settings.tolerance
+        self.wanted, self.enough = settings.tolerance, 0.5 * _share(quality) * settings.tolerance
         if settings.time_limit is not None:
             self.until = self.begun + settings.time_limit
         before = self._solves()
@@ -233,20 +234,19 @@ class NewtonRun:
             return self._offer(None if self._restart() else Outcome.FAILED, self._solves() - before)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        verdict = self._next(point.residual, quality, settings.tolerance)
+        verdict = self._next(point.residual, settings.tolerance)
         return self._offer(verdict, self._solves() - before)
 
-    def _next(self, residual: float, quality: Quality, tolerance: float) -> Outcome | None:
+    def _next(self, residual: float, tolerance: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
-        enough = 0.5 * _share(quality) * tolerance
         if self.jammed:
             self.jammed, self.settles, self.grip = False, True, _GRIP
             return self._watch_settling() if self._settle() else self._close_round(tolerance)
         rebounds = self._rebounds(residual)
-        if self.settles and self._settle(enough):
+        if self.settles and self._settle(self.enough):
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
-        if residual <= max(self.settings.accuracy * self.error, enough):
+        if residual <= max(self.settings.accuracy * self.error, self.enough):
             self.grip *= _LOOSER
             slow = self.large_part and self._relative(self._natural_residual()) > _SLOW * self.error
             return self._watch_settling() if slow and self._settle() else self._close_round(tolerance)
@@ -447,7 +447,7 @@ class NewtonRun:
             length *= 0.5
             moved = here.moved + length * (full.moved - here.moved)  # which spares a product with W_el
             point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion, moved)
-        holds = self.error > _SLIPS and self.problem.cohesion_stiffness is None
+        holds = self.error > min(_SLIPS, self.enough) and self.problem.cohesion_stiffness is None
         self.jammed = length < _JAMMED and self.system.many and holds
         return point
 
@@ -693,8 +693,9 @@ _DECIDED, _SOFTER = 1e-5, 1e-3
 _FALLS = 10.0  # times the velocity before, of blocks that open gaps let go
 _PARTINGS = 3  # after which Newton's steps settle the rest
 _JAMMED = 0.1  # length of a step that is too short
-# Error below which slip is not held: what still changes there bears next to nothing, and parts that rest of
-# themselves take more than the whole. From 1e-8 on a tower takes four times as long.
+# Error below which slip is not held, unless velocities are still too far off: what changes there bears next to
+# nothing, and parts that rest of themselves take more than the whole. From 1e-8 on a tower takes four times as
+# long.
 _SLIPS = 1e-9
 _GRIP = 3e-2  # first κ
 _LOOSER, _TIGHTER = 0.5, 4.0  # factors on κ after a round that ends, and one that does not

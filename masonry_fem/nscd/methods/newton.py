@@ -694,8 +694,8 @@ _FALLS = 10.0  # times the velocity before, of blocks that open gaps let go
 _PARTINGS = 3  # after which Newton's steps settle the rest
 _JAMMED = 0.1  # length of a step that is too short
 # Error below which slip is not held, unless velocities are still too far off: what changes there bears next
-# to nothing, and parts that rest of themselves take more than the whole. From 1e-8 on a tower takes four times
-# as long.
+# to nothing, and parts that rest of themselves take more than the whole. From 1e-8 on a tower takes four
+# times as long.
 _SLIPS = 1e-9
 _GRIP = 3e-2  # first κ
 _LOOSER, _TIGHTER = 0.5, 4.0  # factors on κ after a round that ends, and one that does not

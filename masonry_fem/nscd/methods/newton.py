@@ -11,9 +11,9 @@ unbalanced impulse stays from round to round, whatever ε, and U grows along the
 
 If the line search makes a step of many elastic contacts very short, slip is damped, too, by
 F_T + κ ρ (v_T − v_T,k) at contacts that slide; κ falls with each round that converges, and rises if one does
-not. After each such step, and after all that go on from a first guess, the bodies with the largest residuals
-are solved for separately, as a smaller contact problem (``part``). A large part has such parts, too, where
-its rounds bring it on slowly.
+not. After each such step the bodies with the largest residuals are solved for separately, as a smaller
+contact problem (``part``); in large problems also after each step that goes on from a first guess. A large
+part has such parts, too, where its rounds bring it on slowly.
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
@@ -204,7 +204,9 @@ class NewtonRun:
         """Begin at a first guess with these impulses."""
         self.bonded = False
         if self.system.many and self.settings.weight is None:  # what sticks is nearly known
-            self.weight, self.settles = self.least_weight, not self.settings.grip
+            self.weight = self.least_weight
+            # a step of fewer contacts costs less than what parts of it take
+            self.settles = not self.settings.grip and self.problem.count > FACTORED
         self.impulse = impulse.copy()
         self.rigid_velocity = self.problem.balanced_velocity(impulse)
         if start.rigid_velocity is not None:

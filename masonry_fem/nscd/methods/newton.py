@@ -236,14 +236,14 @@ class NewtonRun:
             return self._offer(None if self._restart() else Outcome.FAILED, self._solves() - before)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        verdict = self._next(point.residual, settings.tolerance)
+        verdict = self._next(point.residual)
         return self._offer(verdict, self._solves() - before)
 
-    def _next(self, residual: float, tolerance: float) -> Outcome | None:
+    def _next(self, residual: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
         if self.jammed:
             self.jammed, self.settles, self.grip = False, True, _GRIP
-            return self._watch_settling() if self._settle() else self._close_round(tolerance)
+            return self._watch_settling() if self._settle() else self._close_round()
         rebounds = self._rebounds(residual)
         if self.settles and self._settle(self.enough):
             self.grip = min(self.grip * _LOOSER, _GRIP)
@@ -251,7 +251,7 @@ class NewtonRun:
         if residual <= max(self.settings.accuracy * self.error, self.enough):
             self.grip *= _LOOSER
             slow = self.large_part and self._relative(self._natural_residual()) > _SLOW * self.error
-            return self._watch_settling() if slow and self._settle() else self._close_round(tolerance)
+            return self._watch_settling() if slow and self._settle() else self._close_round()
         if rebounds:
             return self._grip_harder()
         runs_off = np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
@@ -567,7 +567,7 @@ class NewtonRun:
             centre = inside(self.problem, centre, slip, self.scale, error, self.weight)
         return _Round(self.impulse, centre, self.rigid_velocity, mass, self.weight, slip)
 
-    def _close_round(self, tolerance: float) -> Outcome | None:
+    def _close_round(self) -> Outcome | None:
         """Move the centre to a solved round's solution; tell whether that can go on."""
         before, last = self.round, self.error
         self.error = self._relative(self._natural_residual())

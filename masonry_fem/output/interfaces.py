@@ -232,7 +232,7 @@ def _side_name(faces: JointFaces, interface: int, towards: FloatArray) -> str:
     end = int(towards[axis] > 0)
     along = towards[axis] * faces.axes[interface, axis]
     most = int(np.abs(along).argmax())
-    return faces.sides[interface][axis][end] or f"{'-+'[int(along[most] > 0)]}{'xyz'[most]}"
+    return str(faces.sides[interface, axis, end]) or f"{'-+'[int(along[most] > 0)]}{'xyz'[most]}"
 
 
 def _friction(

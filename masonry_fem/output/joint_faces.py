@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from masonry_fem.contact.contacts import Interface, local_frames
+from masonry_fem.contact.contacts import local_frames
 from masonry_fem.contact.interface_arrays import InterfaceArrays
 from masonry_fem.contact.smooth import FLAT, round_joints, smooth_faces
 from masonry_fem.march.model import Model
@@ -29,6 +29,7 @@ from masonry_fem.solid.polytope import Polytope
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Names = NDArray[np.str_]
 
 BESIDE = 1e-3  # of a face's size: a block's face that is no farther from the end of a joint bounds it
 
@@ -68,7 +69,7 @@ class JointFaces:
     extent : Ends of the face along the axes from its centroid, low and high, shape (i, a, 2) [m].
     area : Measure of the face [m²; m in 2D], shape (i,); 0 where a corner or an edge stands.
     second : Second moments of area about the centroid, shape (i, a, a) [m⁴; m³ in 2D].
-    sides : Names of the blocks' faces at these ends ("" where none bounds it), a pairs each.
+    sides : Names of the blocks' faces at these ends ("" where none bounds it), shape (j, a, 2).
     """
 
     facets: Facets
@@ -82,22 +83,21 @@ class JointFaces:
     extent: FloatArray
     area: FloatArray
     second: FloatArray
-    sides: tuple[tuple[tuple[str, str], ...], ...]
+    sides: Names
 
     @classmethod
     def of(cls, model: Model) -> JointFaces:
         """The faces of a model's joints."""
         d, interfaces = model.assembly.dimension, model.interfaces
-        planes = [_Planes.of(shape.solid) for shape in model.assembly.shapes]
+        solids = [shape.solid for shape in model.assembly.shapes]
+        normals = [np.array([solid.normal(face) for face in range(len(solid.faces))]) for solid in solids]
+        smooth = [smooth_faces(solid, own) for solid, own in zip(solids, normals, strict=True)]
         arrays = InterfaceArrays.of(interfaces, d)
-        joint = round_joints(model.assembly, arrays, [shape.smooth for shape in planes])
-        facets = Facets(*_padded([one.polygon for one in interfaces], d), joint)
-        rows = np.split(np.argsort(joint, kind="stable"), np.cumsum(np.bincount(joint))[:-1])
+        joint = round_joints(model.assembly, arrays, smooth)
+        facets = Facets(*_padded(arrays.corners, arrays.first), joint)
         first = np.unique(joint, return_index=True)[1]
-        normal, area, plane = _mean_planes(interfaces, joint, first, d)
-        polygon, corners = _padded(
-            [_outline(interfaces, own, n) for own, n in zip(rows, normal, strict=False)], d
-        )
+        normal, area, plane = _mean_planes(arrays, joint, first)
+        polygon, corners = _outlines(arrays, facets, first, normal)
         tangents = local_frames(normal)[:, 1:]
         middle = polygon.mean(axis=1)
         raw = np.einsum("ikd,iad->ika", polygon - middle[:, None], tangents)
@@ -109,10 +109,8 @@ class JointFaces:
         extent = np.stack([flat.min(axis=1), flat.max(axis=1)], axis=2)
         ends = _ends(flat, extent, centroid, axes)
         size = np.ptp(extent, axis=2)
-        sides = tuple(
-            _sides(model.assembly, planes, interfaces[row], ends[k], axes[k], size[k])
-            for k, row in enumerate(first.tolist())
-        )
+        planes = _Planes.of(solids, normals)
+        sides = planes.bounding(model.assembly, arrays.blocks[first], arrays.faces[first], ends, axes, size)
         return cls(facets, first, plane, corners, normal, axes, centroid, flat, extent, area, second, sides)
 
     @property
@@ -122,22 +120,26 @@ class JointFaces:
         return size
 
 
-def _padded(polygons: Sequence[FloatArray], d: int) -> tuple[FloatArray, IntArray]:
-    """Corners with the last one repeated, (i, k, d), and how many are real."""
-    corners = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
-    most = int(corners.max(initial=1))
-    padded = [np.concatenate([own, np.repeat(own[-1:], most - len(own), axis=0)]) for own in polygons]
-    return np.array(padded).reshape(-1, most, d), corners
+def _padded(corners: FloatArray, first: IntArray) -> tuple[FloatArray, IntArray]:
+    """Corners with the last one repeated, (i, k, d), and how many are real.
+
+    Parameters
+    ----------
+    corners : Of all polygons, one after another. first : First corner of each and, last, their number.
+    """
+    count: IntArray = np.diff(first).astype(np.int64)
+    place = np.minimum(np.arange(count.max(initial=1)), count[:, None] - 1)
+    padded: FloatArray = corners[first[:-1, None] + place]
+    return padded, count
 
 
 def _mean_planes(
-    interfaces: Sequence[Interface], joint: IntArray, first: IntArray, d: int
+    interfaces: InterfaceArrays, joint: IntArray, first: IntArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Mean normals towards the candidates of first facets, areas, and where facets are flat together."""
-    own = np.array([one.normal for one in interfaces]).reshape(-1, d)
-    measure = np.array([one.area for one in interfaces])
-    candidate = np.array([one.blocks[0] for one in interfaces], dtype=np.int64)
-    own = np.where((candidate == candidate[first][joint])[:, None], own, -own)
+    candidate, measure = interfaces.blocks[:, 0], interfaces.area
+    same = candidate == candidate[first][joint]
+    own = np.where(same[:, None], interfaces.normal, -interfaces.normal)
     total = np.stack([np.bincount(joint, measure * x, len(first)) for x in own.T], axis=1)
     size = np.linalg.norm(total, axis=1)
     alone = (np.bincount(joint, minlength=len(first)) == 1) | (size == 0)
@@ -148,12 +150,31 @@ def _mean_planes(
     return normal, area, least > FLAT
 
 
-def _outline(interfaces: Sequence[Interface], rows: IntArray, normal: FloatArray) -> FloatArray:
-    """Corners of what facets cover together in their mean plane, filled where it is hollow."""
-    if len(rows) == 1:
-        alone: FloatArray = interfaces[rows[0]].polygon
-        return alone
-    points = np.concatenate([interfaces[row].polygon for row in rows.tolist()])
+def _outlines(
+    interfaces: InterfaceArrays, facets: Facets, first: IntArray, normal: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Outlines of all joints, padded as facets are, and their numbers of corners."""
+    joint, count = facets.joint, np.bincount(facets.joint)
+    own, known = facets.polygon[first], facets.corners[first]
+    several = count[joint] > 1
+    if not several.any():
+        return own, known
+    by_joint = np.flatnonzero(several)[np.argsort(joint[several], kind="stable")]
+    made = np.flatnonzero(count > 1)
+    groups = np.split(by_joint, np.cumsum(count[made])[:-1])
+    outlines = [_outline(interfaces, rows, normal[k]) for k, rows in zip(made.tolist(), groups, strict=True)]
+    polygon, known[made] = _padded(np.concatenate(outlines), np.cumsum([0, *map(len, outlines)]))
+    whole = np.empty((len(first), max(polygon.shape[1], own.shape[1]), own.shape[2]))
+    for rows, part in ((slice(None), own), (made, polygon)):
+        whole[rows, : part.shape[1]] = part
+        whole[rows, part.shape[1] :] = part[:, -1:]
+    return whole, known
+
+
+def _outline(interfaces: InterfaceArrays, rows: IntArray, normal: FloatArray) -> FloatArray:
+    """Corners of what several facets cover together in their mean plane, filled where it is hollow."""
+    bounds = zip(interfaces.first[rows].tolist(), interfaces.first[rows + 1].tolist(), strict=True)
+    points = np.concatenate([interfaces.corners[begin:end] for begin, end in bounds])
     tangents, middle = local_frames(normal[None])[0, 1:], points.mean(axis=0)
     flat = (points - middle) @ tangents.T
     around = [flat.argmin(), flat.argmax()] if len(tangents) == 1 else ConvexHull(flat).vertices
@@ -202,53 +223,63 @@ def _moments(flat: FloatArray, corners: IntArray) -> tuple[FloatArray, FloatArra
 
 @dataclass(frozen=True, slots=True)
 class _Planes:
-    """Planes of a shape's faces: normals (f, d), their distances from the origin (f,) [m], names.
+    """Planes of the faces of s shapes, padded to the most faces f that one has.
 
-    And the round face that each is a part of, shape (f,).
+    Attributes
+    ----------
+    normal : Outward, 0 where there is no face, shape (s, f, d).
+    distance : From the origin, shape (s, f) [m].
+    names : "" where a face has none, shape (s, f).
     """
 
     normal: FloatArray
     distance: FloatArray
-    names: tuple[str, ...]
-    smooth: IntArray
+    names: Names
 
     @classmethod
-    def of(cls, solid: Polytope) -> _Planes:
-        normal = np.array([solid.normal(face) for face in range(len(solid.faces))])
-        on = np.array([solid.vertices[loop[0]] for loop in solid.faces])
-        return cls(normal, np.einsum("fd,fd->f", normal, on), solid.names, smooth_faces(solid, normal))
+    def of(cls, solids: Sequence[Polytope], normals: Sequence[FloatArray]) -> _Planes:
+        """Those of some solids, whose faces' normals are given, each of shape (f, d)."""
+        shape = len(solids), max(map(len, normals))
+        normal, distance = np.zeros((*shape, normals[0].shape[1])), np.zeros(shape)
+        names = np.full(shape, "", dtype=object)
+        for number, (solid, own) in enumerate(zip(solids, normals, strict=True)):
+            on = np.array([solid.vertices[loop[0]] for loop in solid.faces])
+            normal[number, : len(own)] = own
+            distance[number, : len(own)] = np.einsum("fd,fd->f", own, on)
+            names[number, : len(own)] = solid.names
+        return cls(normal, distance, names.astype(str))
 
+    def bounding(
+        self, assembly: Assembly, blocks: IntArray, faces: IntArray, ends: FloatArray, axes: FloatArray,
+        size: FloatArray,
+    ) -> Names:  # fmt: skip
+        """Names of the faces of one of both blocks that pass through the ends of joints, shape (j, a, 2).
 
-def _sides(
-    assembly: Assembly, planes: list[_Planes], interface: Interface, ends: FloatArray, axes: FloatArray,
-    size: FloatArray,
-) -> tuple[tuple[str, str], ...]:  # fmt: skip
-    """Names of the block faces that bound a joint at the ``ends`` (a, 2, d) of its axes."""
-    named = [
-        [
-            _bounding_face(assembly, planes, interface, ends[axis, end], outwards, float(size[axis]))
-            for end, outwards in enumerate((-axes[axis], axes[axis]))
-        ]
-        for axis in range(len(axes))
-    ]
-    return tuple((low, high) for low, high in named)
-
-
-def _bounding_face(
-    assembly: Assembly, planes: list[_Planes], interface: Interface, point: FloatArray,
-    outwards: FloatArray, size: float,
-) -> str:  # fmt: skip
-    """Name of the face of one of the two blocks that passes through the end of a joint."""
-    for block, own in zip(interface.blocks, interface.faces, strict=True):
-        pose, shape = assembly.blocks[block].pose, planes[assembly.blocks[block].shape]
-        away = np.abs(shape.normal @ pose.to_shape(point) - shape.distance)
-        facing = shape.normal @ (outwards @ pose.rotation)
-        facing[(away > BESIDE * size) | (facing < SLANTWISE)] = 0.0
-        facing[own] = 0.0
-        best = int(facing.argmax())
-        if facing[best] > 0 and shape.names[best]:
-            return shape.names[best]
-    return ""
+        Parameters
+        ----------
+        assembly : The blocks.
+        blocks, faces : Of the joints' sides, shape (j, 2).
+        ends : Of the joints along their axes, shape (j, a, 2, d) [m].
+        axes, size : Of the joints, shapes (j, a, d) and (j, a).
+        """
+        shape = np.array([block.shape for block in assembly.blocks])
+        rotation = np.array([block.pose.rotation for block in assembly.blocks])
+        translation = np.array([block.pose.translation for block in assembly.blocks])
+        outwards = np.stack([-axes, axes], axis=2)
+        found = np.full(ends.shape[:3], "", dtype=self.names.dtype)
+        for block, own in zip(blocks.T[::-1], faces.T[::-1], strict=True):  # the candidate's take precedence
+            kind, turn = shape[block], rotation[block]
+            here = np.einsum("jaed,jdi->jaei", ends - translation[block][:, None, None], turn)
+            normal = self.normal[kind]
+            away = np.einsum("jaei,jfi->jaef", here, normal) - self.distance[kind][:, None, None]
+            facing = np.einsum("jaei,jfi->jaef", np.einsum("jaed,jdi->jaei", outwards, turn), normal)
+            bounds = (np.abs(away) <= BESIDE * size[:, :, None, None]) & (facing >= SLANTWISE)
+            bounds &= (np.arange(facing.shape[3]) != own[:, None])[:, None, None]
+            best = np.where(bounds, facing, 0.0).argmax(axis=3)
+            name = self.names[kind[:, None, None], best]
+            there = np.take_along_axis(bounds, best[..., None], axis=3)[..., 0] & (name != "")
+            found[there] = name[there]
+        return found
 
 
 def _ends(flat: FloatArray, extent: FloatArray, centroid: FloatArray, axes: FloatArray) -> FloatArray:

@@ -155,7 +155,7 @@ def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -
 
 def _axis(faces: JointFaces, number: int, ending: str, world: str) -> Columns:
     """Direction, size and sides of the faces along one of their axes."""
-    low, high = ([sides[number][end] for sides in faces.sides] for end in (0, 1))
+    low, high = faces.sides[:, number].T.tolist()
     return _spread(f"axis{ending}_{{}} [-]", world, faces.axes[:, number]) | {
         f"size{ending} [m]": faces.size[:, number].tolist(),
         f"low_side{ending}": low,

@@ -402,6 +402,9 @@ class Shared(Operator):
         bed = None if self.bed is None else self.bed[contacts]
         some = Shared(len(contacts), self.dimension, kinds, self.symmetric, bed)
         some._sound = self._sound
+        # a contact's own block is the same: both its stones stay
+        some._diagonal = None if self._diagonal is None else self._diagonal[contacts]
+        some._norms = None if self._norms is None else self._norms[contacts]
         return some
 
     def plus(self, bed: FloatArray) -> Shared:

@@ -158,9 +158,10 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     least : Its norm at the contacts of all others.
     """
     square = (residual**2).sum(axis=1)
-    of_bodies = np.zeros(problem.body_count + 1)  # the last is no body
-    np.add.at(of_bodies, problem.bodies, square[:, None])
-    order = np.argsort(of_bodies[:-1], kind="stable")
+    sides = problem.bodies.ravel()
+    there = sides >= 0
+    of_bodies = np.bincount(sides[there], np.repeat(square, 2)[there], problem.body_count)
+    order = np.argsort(of_bodies, kind="stable")
     chosen = np.zeros(problem.body_count + 1, dtype=bool)
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True
     for _ in range(AROUND):

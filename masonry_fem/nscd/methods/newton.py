@@ -433,11 +433,14 @@ class NewtonRun:
     ) -> tuple[FloatArray, FloatArray]:
         """Newton's change (dp, dU) that takes a residual away; open contacts lose their impulses exactly."""
         line, problem = here.line, self.problem
+        force, balance = residual / line.rho[:, None], here.balance
         step = np.where(line.open[:, None], -here.impulse, 0.0)
-        shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
-        change, motion = factor.solve(
-            residual / line.rho[:, None] + shift, here.balance + problem.body_impulse(step)
-        )
+        if step.any():
+            moved, turned = problem.elastic_velocity(step), ~line.plain
+            moved[turned] = (line.by_velocity[turned] @ moved[turned, :, None])[:, :, 0]
+            force += moved
+            balance = balance + problem.body_impulse(step)
+        change, motion = factor.solve(force, balance)
         return step + change, motion
 
     def _search(self, here: _Point, change: FloatArray, motion: FloatArray, full: _Point) -> _Point:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import psutil
@@ -71,16 +72,14 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
             f"a run needs some {memory:.0f} MB, this machine has {present:.0f} MB; expected less: "
             "take larger elements, or rigid blocks where stresses are not asked for",
         )
-    labels: dict[str, int] = {}
-    for interface in built.model.interfaces:
-        labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1
+    labels = Counter(label or "unnamed" for label in built.model.interfaces.label_of_each)
     return Inspection(
         title=scene.title,
         **size(built.model),
         names=tuple(block.name for block in built.model.assembly.blocks),
         roles={SupportGroup.kind: len(built.stones.of(None))}
         | {name: len(built.stones.of(name)) for name in fidelities()},
-        interfaces_by_label=labels,
+        interfaces_by_label=dict(labels),
         most_steps=scene.analysis.steps * max(len(scene.combinations), 1),
         estimated_memory_mb=memory,
     )

@@ -16,7 +16,7 @@ from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.build.ties import with_ties
 from masonry_fem.contact.contacts import Contacts, Interface
-from masonry_fem.contact.interface_arrays import InterfaceArrays
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.errors import SceneError
@@ -32,7 +32,7 @@ ROUNDING = 1e-6  # of an angle [degrees]
 
 
 def joint_of_interfaces(
-    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], tell: bool = True
+    scene: specs.Scene, stones: Stones, interfaces: Interfaces, tell: bool = True
 ) -> list[int]:
     """Number of the joint record that holds for each interface: the last that matches; −1 for a tie.
 
@@ -48,12 +48,13 @@ def joint_of_interfaces(
     """
     if not interfaces:
         return []
-    arrays = InterfaceArrays.of(interfaces, scene.dimension)
-    holds = _matching(scene, arrays, block_names(stones.assembly))
-    for number in np.flatnonzero(~holds.any(axis=0) & ~arrays.tie)[:1]:
+    holds = _matching(scene, interfaces, block_names(stones.assembly))
+    for number in np.flatnonzero(~holds.any(axis=0) & ~interfaces.tie)[:1]:
         raise SceneError(_no_match(stones, interfaces[number]))
-    if tell and not arrays.tie.all():
-        labels = {arrays.labels[number] for number in np.unique(arrays.label[~arrays.tie]).tolist()}
+    if tell and not interfaces.tie.all():
+        labels = {
+            interfaces.labels[number] for number in np.unique(interfaces.label[~interfaces.tie]).tolist()
+        }
         _tell_idle(scene, np.flatnonzero(~holds.any(axis=1)).tolist(), labels)
     last = np.where(holds, np.arange(len(holds))[:, None], -1).max(axis=0, initial=-1)
     found: list[int] = last.tolist()
@@ -61,18 +62,18 @@ def joint_of_interfaces(
 
 
 def _matching(
-    scene: specs.Scene, arrays: InterfaceArrays, names: Sequence[tuple[str, ...]]
+    scene: specs.Scene, interfaces: Interfaces, names: Sequence[tuple[str, ...]]
 ) -> NDArray[np.bool_]:
     """Whether each joint record holds for each of i interfaces, shape (records, i); none does for ties."""
-    angle = inclinations(arrays.normal)
+    angle = inclinations(interfaces.normal)
     holds = np.zeros((len(scene.joints), len(angle)), dtype=bool)
     for held, joint in zip(holds, scene.joints, strict=True):
-        alike = np.array([fnmatchcase(text, joint.interface) for text in arrays.labels])[arrays.label]
+        alike = np.array([fnmatchcase(text, joint.interface) for text in interfaces.labels])[interfaces.label]
         least, most = joint.inclination
         inclined = (least - ROUNDING <= angle) & (angle <= most + ROUNDING)
-        one, other = (_named(pattern, names)[arrays.blocks] for pattern in joint.between)
+        one, other = (_named(pattern, names)[interfaces.blocks] for pattern in joint.between)
         joins = (one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0])
-        held[:] = alike & inclined & joins & ~arrays.tie
+        held[:] = alike & inclined & joins & ~interfaces.tie
     return holds
 
 
@@ -94,8 +95,8 @@ def _no_match(stones: Stones, interface: Interface) -> str:
 
 
 def touching(
-    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], tell: bool = True
-) -> tuple[tuple[Interface, ...], list[int]]:
+    scene: specs.Scene, stones: Stones, interfaces: Interfaces, tell: bool = True
+) -> tuple[Interfaces, list[int]]:
     """The interfaces at which blocks are in contact, and the number of the joint record of each.
 
     Parameters
@@ -109,8 +110,11 @@ def touching(
     SceneError : No record matches an interface.
     """
     chosen = joint_of_interfaces(scene, stones, interfaces, tell)
-    kept = [k for k, record in enumerate(chosen) if record < 0 or scene.joints[record].contact != "none"]
-    return tuple(interfaces[k] for k in kept), [chosen[k] for k in kept]
+    touches = np.array(
+        [joint.contact != "none" for joint in scene.joints] + [True]
+    )  # the last is that of ties
+    kept = np.flatnonzero(touches[np.array(chosen, dtype=np.int64)])
+    return interfaces.only(kept), [chosen[k] for k in kept.tolist()]
 
 
 def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
@@ -144,8 +148,8 @@ def inclinations(normal: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def contacts_and_joints(
-    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], chosen: list[int], base: Path
-) -> tuple[tuple[Interface, ...], Contacts, Assignment, dict[str, np.ndarray]]:
+    scene: specs.Scene, stones: Stones, interfaces: Interfaces, chosen: list[int], base: Path
+) -> tuple[Interfaces, Contacts, Assignment, dict[str, np.ndarray]]:
     """All interfaces and ties, their contacts and laws, and by parameter the factors by which these scatter.
 
     Parameters
@@ -178,7 +182,7 @@ def replaced(
     base : Folder that the paths in the scene are relative to.
     other : Gives the rule to take for an interface, by its rule so far and its number.
     """
-    touching = tuple(one for one in model.interfaces if not one.tie)  # ties come last
+    touching = model.interfaces.only(~model.interfaces.tie)  # ties come last
     chosen = joint_of_interfaces(scene, stones, touching, tell=False)
     rules = rules_of(scene, stones, touching, chosen)
     wanted = [other(rule, number) for number, rule in enumerate(rules)]
@@ -190,9 +194,7 @@ def replaced(
     return replace(model, contacts=contacts, laws=laws, scatter=scatter)
 
 
-def rules_of(
-    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], chosen: list[int]
-) -> list[Rule]:
+def rules_of(scene: specs.Scene, stones: Stones, interfaces: Interfaces, chosen: list[int]) -> list[Rule]:
     """The placement rule of each interface.
 
     Parameters
@@ -204,7 +206,7 @@ def rules_of(
     assembly = stones.assembly
     meshed = np.array([shape.mesh is not None for shape in assembly.shapes], dtype=bool)
     of_block = meshed[np.array([block.shape for block in assembly.blocks], dtype=np.int64)]
-    either = of_block[InterfaceArrays.of(interfaces, scene.dimension).blocks].any(axis=1)
+    either = of_block[interfaces.blocks].any(axis=1)
     kinds = list(zip(chosen, either.tolist(), strict=True))
     made = {kind: _rule(scene.joints[kind[0]], kind[1]) for kind in dict.fromkeys(kinds)}
     return [made[kind] for kind in kinds]
@@ -213,7 +215,7 @@ def rules_of(
 def joints_at(
     scene: specs.Scene,
     stones: Stones,
-    interfaces: tuple[Interface, ...],
+    interfaces: Interfaces,
     contacts: Contacts,
     chosen: list[int],
     base: Path,

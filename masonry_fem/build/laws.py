@@ -21,7 +21,8 @@ from scipy import sparse
 
 from masonry_fem.build.scatter import scattered
 from masonry_fem.build.ties import tie_law
-from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.contacts import Contacts
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.kinds import kind
@@ -71,7 +72,7 @@ class _Part:
 def joint_laws(
     scene: specs.Scene,
     contacts: Contacts,
-    interfaces: tuple[Interface, ...],
+    interfaces: Interfaces,
     chosen: list[int],
     base: Path,
     scatter: dict[str, FloatArray],
@@ -114,7 +115,7 @@ def _lawful(
     joints: tuple[specs.Joint, ...],
     record: NDArray[np.int64],
     contacts: Contacts,
-    interfaces: tuple[Interface, ...],
+    interfaces: Interfaces,
     groups: tuple[NDArray[np.bool_], ...],
 ) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """Joint records that have a law of their own, and the points (k,) of each group that it holds at.
@@ -178,16 +179,16 @@ def _numbers(joint: specs.Joint) -> tuple[float, float, float, float]:
     return joint.coefficient, dynamic, joint.restitution, joint.tangential_restitution
 
 
-def _bare(contacts: Contacts, interfaces: tuple[Interface, ...]) -> NDArray[np.bool_]:
+def _bare(contacts: Contacts, interfaces: Interfaces) -> NDArray[np.bool_]:
     """Contact points with no area for cohesion to act on: only pressure and friction are left."""
-    largest = np.array([interface.area for interface in interfaces])[contacts.interface]
+    largest = interfaces.area[contacts.interface]
     bare: NDArray[np.bool_] = contacts.area <= 1e-12 * largest
     return bare
 
 
-def _on_points(contacts: Contacts, interfaces: tuple[Interface, ...]) -> NDArray[np.bool_]:
+def _on_points(contacts: Contacts, interfaces: Interfaces) -> NDArray[np.bool_]:
     """Contact points where corners or edges meet faces: there is no layer of mortar."""
-    areas = np.array([interface.area for interface in interfaces])[contacts.interface]
+    areas = interfaces.area[contacts.interface]
     without: NDArray[np.bool_] = areas <= 0
     return without
 
@@ -196,7 +197,7 @@ def _tell_apart(
     joint: specs.Joint,
     key: str,
     contacts: Contacts,
-    interfaces: tuple[Interface, ...],
+    interfaces: Interfaces,
     points: NDArray[np.int64],
 ) -> None:
     """Warn of faces that are open at the start under a rigid law, which pulls them together."""
@@ -204,7 +205,7 @@ def _tell_apart(
         return
     if not issubclass(kind(joint.law.kind).law, RigidBrittle):
         return
-    areas = np.array([interface.area for interface in interfaces])[contacts.interface[points]]
+    areas = interfaces.area[contacts.interface[points]]
     extent = areas ** (1.0 / (contacts.points.shape[-1] - 1))
     gaps = contacts.gap[points]
     apart = gaps > APART * extent

@@ -19,8 +19,9 @@ import numpy as np
 
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, touching
 from masonry_fem.build.stones import Stones
-from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.contacts import Contacts
 from masonry_fem.contact.detection import default_reach, detect
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, partners, returned, returned_faces
@@ -103,7 +104,7 @@ class Meeting:
         if not fresh and not slid:
             return model, every
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
-        gone = pairs if slid else _pairs(fresh)
+        gone = pairs if slid else fresh.pairs
         keep, new = self._parted(model, motion, fresh, contacts, held, gone)
         if not new.any() and keep.all():
             return model, every
@@ -137,13 +138,13 @@ class Meeting:
         return self.scene.contact.angle
 
     def _parted(
-        self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: tuple[Interface, ...],
+        self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: Interfaces,
         contacts: Contacts, held: np.ndarray, gone: IntArray,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Which interfaces of the model stay, and which fresh ones are taken; those of pairs ``gone`` go."""
         keys = np.array([len(model.assembly.blocks), 1])
-        known, anew, gone = (each @ keys for each in (_pairs(model.interfaces), _pairs(fresh), gone))
-        ties = np.array([one.tie for one in model.interfaces], dtype=bool)
+        known, anew, gone = (each @ keys for each in (model.interfaces.pairs, fresh.pairs, gone))
+        ties = model.interfaces.tie
         tied = known[~ties] if self._scatters else known[model.contacts.interface[held]]
         block, point = model.contacts.blocks[:, 0], model.contacts.points[:, 0]
         now = np.einsum("cij,cj->ci", motion[0][block], point) + motion[1][block]
@@ -162,7 +163,7 @@ class Meeting:
 
     def _faces(
         self, placed: Assembly, used: IntArray, pairs: IntArray, within: tuple[float, float], turned: float
-    ) -> tuple[Interface, ...]:
+    ) -> Interfaces:
         """Common faces of the pairs among the blocks in use, ``within`` a gap and an overlap."""
         angle = self.scene.contact.angle
         few = replace(placed, blocks=tuple(placed.blocks[block] for block in used))
@@ -170,14 +171,9 @@ class Meeting:
             few, reach=within[0], overlap=within[1], angle=max(angle, min(STEEPEST, angle + turned)),
             surfaces=self._surfaces, tell=False, corners=True,
         )  # fmt: skip
-        wanted = {tuple(pair) for pair in pairs.tolist()}
-        named = [replace(one, blocks=(int(used[one.blocks[0]]), int(used[one.blocks[1]]))) for one in found]
-        return tuple(one for one in named if tuple(sorted(one.blocks)) in wanted)
-
-
-def _pairs(interfaces: tuple[Interface, ...]) -> IntArray:
-    """Blocks of interfaces, the lower number first, shape (i, 2)."""
-    return np.sort(np.array([one.blocks for one in interfaces], dtype=np.int64).reshape(-1, 2), axis=1)
+        named = replace(found, blocks=used[found.blocks])
+        count = np.array([len(placed.blocks), 1])  # of a pair's number
+        return named.only(np.isin(named.pairs @ count, np.sort(pairs, axis=1) @ count))
 
 
 def _moved(assembly: Assembly, motion: tuple[FloatArray, FloatArray], used: IntArray) -> Assembly:

@@ -24,8 +24,8 @@ from masonry_fem.build.shaking import shaken, shaking
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, present, typical_length
 from masonry_fem.build.supports import last_change
 from masonry_fem.build.temperature import Expansions, expansions
-from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.host.memory import taken_up
@@ -236,9 +236,9 @@ def _used(stones: Stones) -> list[type[Fidelity]]:
     return [kind for name, kind in fidelities().items() if name in stones.fidelity]
 
 
-def _tell_gaps(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
+def _tell_gaps(stones: Stones, interfaces: Interfaces) -> None:
     """Say how many joints are open at the start, and which is the widest."""
-    nearest = np.array([interface.gap.min() for interface in interfaces])
+    nearest = interfaces.nearest
     opened = int((nearest > GAP * typical_length(stones.assembly)).sum()) if interfaces else 0
     if opened:
         widest = interfaces[int(nearest.argmax())]
@@ -249,7 +249,7 @@ def _tell_gaps(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
         )  # fmt: skip
 
 
-def _doubt_loose(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
+def _doubt_loose(stones: Stones, interfaces: Interfaces) -> None:
     """Warn of blocks that no support holds, directly or through others; they may be meant to fly."""
     loose = loose_blocks(stones, interfaces)
     if loose:
@@ -262,23 +262,19 @@ def _doubt_loose(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
         )
 
 
-def loose_blocks(stones: Stones, interfaces: tuple[Interface, ...]) -> list[int]:
+def loose_blocks(stones: Stones, interfaces: Interfaces) -> list[int]:
     """Blocks whose chain of neighbours leads to no support and to no clamped face."""
     count = len(stones.assembly.blocks)
-    pairs = np.array([interface.blocks for interface in interfaces], dtype=int).reshape(-1, 2)
-    links = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    links = sparse.coo_array((np.ones(len(interfaces)), tuple(interfaces.blocks.T)), shape=(count, count))
     _, part = sparse.csgraph.connected_components(links, directed=False)
     held = {part[block] for block in (*stones.of(None), *stones.clamps)}
     return [block for block in range(count) if part[block] not in held]
 
 
-def _between_free(stones: Stones, interfaces: tuple[Interface, ...]) -> tuple[Interface, ...]:
+def _between_free(stones: Stones, interfaces: Interfaces) -> Interfaces:
     """Interfaces with at least one block that is free to move."""
-    return tuple(
-        interface
-        for interface in interfaces
-        if any(stones.fidelity[block] is not None for block in interface.blocks)
-    )
+    free = np.array([fidelity is not None for fidelity in stones.fidelity], dtype=bool)
+    return interfaces.only(free[interfaces.blocks].any(axis=1))
 
 
 def _probes(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -> tuple[Probe, ...]:

@@ -20,8 +20,8 @@ from masonry_fem.bodies.base import Scheme
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, touching
 from masonry_fem.build.meeting import DEEP
 from masonry_fem.build.stones import Stones, typical_length
-from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
@@ -84,13 +84,9 @@ class Redetection:
             rigid[group.blocks] = not group.deforms
         stones = replace(self.stones, assembly=moved(self.stones.assembly, rotation, translation))
         keep = _kept(model, held, rigid)
-        bound = {
-            tuple(sorted(one.blocks))
-            for one, stays in zip(model.interfaces, keep, strict=True)
-            if stays and not one.tie
-        }
-        paths = self._paths(model, bodies, time, scheme)
-        found = tuple(one for one in self._found(stones, paths) if self._is_fresh(one, rigid, bound))
+        bound = model.interfaces.only(keep & ~model.interfaces.tie)
+        found = self._found(stones, self._paths(model, bodies, time, scheme))
+        found = found.only(self._fresh(found, rigid, bound))
         fresh, records = touching(self.scene, stones, found, tell=False)
         contacts = place(stones.assembly, fresh, rules_of(self.scene, stones, fresh, records), self.surfaces)
         old = chosen(model.interfaces, model.contacts, keep)
@@ -110,7 +106,7 @@ class Redetection:
             found=True,
         )
 
-    def _found(self, stones: Stones, paths: _Paths) -> tuple[Interface, ...]:
+    def _found(self, stones: Stones, paths: _Paths) -> Interfaces:
         """Interfaces of the blocks where they are, those among them that may close on the way."""
         angle = self.scene.contact.angle
         turned = AHEAD * math.degrees(float(paths.turn.max(initial=0.0)))
@@ -122,12 +118,7 @@ class Redetection:
             surfaces=self.surfaces,
             tell=False,
         )
-        if not found:
-            return ()
-        pairs = np.array([interface.blocks for interface in found])
-        nearest = np.array([interface.gap.min() for interface in found])
-        near = nearest <= self.reach + paths.between(pairs[:, 0], pairs[:, 1])
-        return tuple(found[number] for number in np.flatnonzero(near))
+        return found.only(found.nearest <= self.reach + paths.between(*found.blocks.T))
 
     def _paths(self, model: Model, bodies: tuple[Any, ...], time: float, scheme: Scheme) -> _Paths:
         interval, assembly = self.every * scheme.step, model.assembly
@@ -139,25 +130,26 @@ class Redetection:
         turn = interval * np.linalg.norm(motion.spin, axis=1)
         return _Paths(interval * motion.velocity, turn, self.extent, pulled)
 
-    def _is_fresh(self, interface: Interface, rigid: np.ndarray, bound: set[tuple[int, ...]]) -> bool:
-        """Between rigid blocks of which one can move, and not among those kept."""
-        pair = list(interface.blocks)
-        moves = any(self.stones.fidelity[block] is not None for block in pair)
-        return bool(moves and rigid[pair].all() and tuple(sorted(pair)) not in bound)
+    def _fresh(self, found: Interfaces, rigid: np.ndarray, bound: Interfaces) -> np.ndarray:
+        """Those between rigid blocks of which one can move, of pairs that are not bound, shape (i,)."""
+        free = np.array([fidelity is not None for fidelity in self.stones.fidelity], dtype=bool)
+        count = np.array([len(free), 1])  # of a pair's number
+        moves = free[found.blocks].any(axis=1) & rigid[found.blocks].all(axis=1)
+        fresh: np.ndarray = moves & ~np.isin(found.pairs @ count, bound.pairs @ count)
+        return fresh
 
 
 def _kept(model: Model, held: np.ndarray, rigid: np.ndarray) -> np.ndarray:
     """Interfaces that stay: with an elastic block, of blocks that cohesion still holds, and ties, (i,)."""
     if not model.interfaces:
         return np.zeros(0, dtype=bool)
-    pairs = np.sort([interface.blocks for interface in model.interfaces], axis=1)
+    pairs = model.interfaces.pairs
     _, number = np.unique(pairs, axis=0, return_inverse=True)
     tied = np.zeros(len(pairs), dtype=bool)
     tied[model.contacts.interface[held]] = True
     together = np.zeros(len(pairs), dtype=bool)
     together[number[tied]] = True
-    ties = np.array([one.tie for one in model.interfaces], dtype=bool)
-    kept: np.ndarray = together[number] | ~rigid[pairs].all(axis=1) | ties
+    kept: np.ndarray = together[number] | ~rigid[pairs].all(axis=1) | model.interfaces.tie
     return kept
 
 

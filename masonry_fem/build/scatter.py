@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.scene import specs
 
 FloatArray = NDArray[np.float64]
 
 
-def scatter_factors(
-    scene: specs.Scene, interfaces: tuple[Interface, ...], chosen: list[int]
-) -> dict[str, FloatArray]:
+def scatter_factors(scene: specs.Scene, interfaces: Interfaces, chosen: list[int]) -> dict[str, FloatArray]:
     """Factors on the scene's values by parameter, shape (i,); 1 where nothing scatters.
 
     The field of a joint record does not depend on which interfaces have the record: records with one seed
@@ -42,7 +40,7 @@ def scatter_factors(
         scatter, own = joint.scatter, record == index
         if scatter is None or not own.any():
             continue
-        middles = np.array([interface.polygon.mean(axis=0) for interface in interfaces])
+        middles = np.add.reduceat(interfaces.corners, interfaces.first[:-1]) / interfaces.size[:, None]
         field = gaussian_field(middles, scatter.seed, scatter.correlation_length)
         for name, variation in scatter.variation.items():
             values = found.setdefault(name, np.ones(len(interfaces)))

@@ -391,9 +391,7 @@ def _renumbered(model: Model, old: IntArray, count: int) -> Model:
     """A model whose contacts' blocks have the numbers of the succeeding one; the others from ``count`` on."""
     new = count + np.arange(len(model.assembly.blocks))
     new[old[old >= 0]] = np.flatnonzero(old >= 0)
-    interfaces = tuple(
-        replace(one, blocks=(int(new[one.blocks[0]]), int(new[one.blocks[1]]))) for one in model.interfaces
-    )
+    interfaces = replace(model.interfaces, blocks=new[model.interfaces.blocks])
     return replace(
         model, interfaces=interfaces, contacts=replace(model.contacts, blocks=new[model.contacts.blocks])
     )
@@ -418,9 +416,9 @@ def _with_found(
 ) -> Model:
     """The model with contacts that were found where stones have gone, and its own of stones that are new."""
     count = len(built.stones.assembly.blocks)
-    stays = np.array([max(one.blocks) < count and not one.tie for one in before.interfaces], dtype=bool)
+    stays = (before.interfaces.blocks < count).all(axis=1) & ~before.interfaces.tie
     kept = chosen(before.interfaces, before.contacts, stays)
-    anew = np.array([one.tie or (old[list(one.blocks)] < 0).any() for one in model.interfaces], dtype=bool)
+    anew = model.interfaces.tie | (old[model.interfaces.blocks] < 0).any(axis=1)
     interfaces, contacts = joined(kept, chosen(model.interfaces, model.contacts, anew))
     touch, records = touching(scene, built.stones, interfaces, tell=False)
     if len(touch) < len(interfaces):

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from hashlib import blake2b
 from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
 
 from masonry_fem.build.stones import Stones, block_names
-from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, Interface, local_frames
+from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, local_frames
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.update import joined
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.joints.laws.parts.tie import Tie
@@ -30,12 +30,10 @@ SHORT = 1e-6  # of a block's size: ends that are nearer to each other have no di
 STIFFER = 1e3  # the other way round: how much less than its modulus a tie hardens where nothing is said
 NO_WEIGHT = 1e-13  # of a node in a mean: rounding
 
-type Faces = tuple[Interface, ...]
-
 
 def with_ties(
-    scene: specs.Scene, stones: Stones, interfaces: Faces, contacts: Contacts
-) -> tuple[Faces, Contacts]:
+    scene: specs.Scene, stones: Stones, interfaces: Interfaces, contacts: Contacts
+) -> tuple[Interfaces, Contacts]:
     """Interfaces and contacts where blocks touch, followed by those of the scene's ties.
 
     Parameters
@@ -52,7 +50,7 @@ def with_ties(
     return joined((interfaces, contacts), ties(scene, stones))
 
 
-def ties(scene: specs.Scene, stones: Stones) -> tuple[Faces, Contacts]:
+def ties(scene: specs.Scene, stones: Stones) -> tuple[Interfaces, Contacts]:
     """An interface and a contact for each straight part of each tie.
 
     Parameters
@@ -71,13 +69,11 @@ def ties(scene: specs.Scene, stones: Stones) -> tuple[Faces, Contacts]:
     length = np.linalg.norm(reach, axis=1)
     frame = local_frames(reach / length[:, None])
     rest = _rest_length(own, length)
-    faces = tuple(
-        Interface(
-            blocks=(int(pair[0]), int(pair[1])), faces=(-1, -1), normal=frame[k, 0],
-            polygon=points[k].mean(axis=0)[None], gap=np.array([rest[k] - length[k]]), area=0.0,
-            label=names[k], tie=True,
-        )
-        for k, pair in enumerate(blocks)
+    labels = tuple(dict.fromkeys(names))
+    faces = Interfaces(
+        blocks=blocks, faces=np.full((len(blocks), 2), -1), normal=frame[:, 0], area=np.zeros(len(blocks)),
+        tie=np.ones(len(blocks), dtype=bool), label=np.array([labels.index(name) for name in names]),
+        labels=labels, corners=points.mean(axis=1), gap=rest - length, first=np.arange(len(blocks) + 1),
     )  # fmt: skip
     contacts = Contacts(
         blocks=blocks,
@@ -87,7 +83,6 @@ def ties(scene: specs.Scene, stones: Stones) -> tuple[Faces, Contacts]:
         frame=frame,
         gap=rest - length,
         area=np.array([tie.area for tie in own]),
-        key=np.array([_key(name) for name in names], dtype=np.int64),
         means=_means(stones, blocks, points, names),
         bulge=-rest,
         ties=np.ones(len(faces), dtype=bool),
@@ -114,7 +109,7 @@ def _straight(scene: specs.Scene, stones: Stones) -> Iterator[_Part]:
             yield _Part(name, tie, part)
 
 
-def tie_law(scene: specs.Scene, interfaces: Faces, contacts: Contacts, points: IntArray) -> Tie:
+def tie_law(scene: specs.Scene, interfaces: Interfaces, contacts: Contacts, points: IntArray) -> Tie:
     """How the ties at some contacts stretch, yield and snap.
 
     Parameters
@@ -217,12 +212,9 @@ def _means(stones: Stones, blocks: IntArray, points: FloatArray, names: list[str
     return sparse.csr_array(sparse.coo_array((values, (rows, columns)), shape=(2 * len(blocks), width)))
 
 
-def _key(name: str) -> int:
-    """Identity of a tie."""
-    return int.from_bytes(blake2b(f"tie\n{name}".encode(), digest_size=8).digest(), signed=True)
-
-
-def stretched_from(scene: specs.Scene, interfaces: Faces, contacts: Contacts, length: FloatArray) -> Contacts:
+def stretched_from(
+    scene: specs.Scene, interfaces: Interfaces, contacts: Contacts, length: FloatArray
+) -> Contacts:
     """Contacts whose ties bear their pretension at other lengths than in the reference.
 
     Parameters

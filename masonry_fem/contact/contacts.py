@@ -1,4 +1,4 @@
-"""Contacts: where blocks touch, as arrays, with an identity that persists from step to step.
+"""Contacts: where blocks touch, as arrays, whose rows stay the same from step to step.
 
 The rows of a contact's frame are (n, t1[, t2]), right-handed, n from the antagonist to the candidate.
 """
@@ -66,7 +66,6 @@ class Contacts:
     frame : Local frames, rows (n, t1[, t2]), right-handed, n towards the candidate, (c, d, d).
     gap : Signed distance [m], shape (c,).
     area : Tributary area [m²; m in 2D]; sums to the interface's area, shape (c,).
-    key : Identity that persists between steps and runs, shape (c,).
     means : Weights of the mesh nodes on each side of mean contacts, rows 2 i + side, shape (2c, nodes of the
         largest mesh); other rows are empty. None: there are no mean contacts.
     bulge : By how much nearer two round faces are than their flat facets, at mean contacts: the distance of
@@ -83,7 +82,6 @@ class Contacts:
     frame: FloatArray
     gap: FloatArray
     area: FloatArray
-    key: IntArray
     means: sparse.csr_array | None = None
     bulge: FloatArray | None = None
     ties: NDArray[np.bool_] | None = None

@@ -10,8 +10,6 @@ a face (``touching``) and for edges that cross (``crossing``), other pairs for c
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from masonry_fem.contact.boxes import near_pairs
@@ -19,6 +17,7 @@ from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.contacts import Interface, height, local_frames
 from masonry_fem.contact.facing import FacePairs, facing, orient
 from masonry_fem.contact.foothold import footholds
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import standing_pairs
@@ -49,7 +48,7 @@ def detect(
     surfaces: tuple[Surface, ...] | None = None,
     tell: bool = True,
     corners: bool = False,
-) -> tuple[Interface, ...]:
+) -> Interfaces:
     """Find the interfaces of an assembly: the common parts of the faces of two blocks.
 
     Parameters
@@ -66,7 +65,7 @@ def detect(
 
     Returns
     -------
-    tuple of Interface
+    Interfaces
         Ordered by block numbers, then faces. The candidate is the later block, except that a
         support, or a face that carries a tilted one, is the antagonist.
 
@@ -77,7 +76,7 @@ def detect(
     """
     _check_limits(reach, angle)
     if len(assembly.blocks) < 2:
-        return ()
+        return Interfaces.of((), assembly.dimension)
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
     size = typical_size(assembly, surfaces)
     far = REACH * size if reach is None else reach
@@ -93,16 +92,15 @@ def detect(
     deep = far if overlap is None else overlap
     chosen = orient(facing(faces, pairs, max(far, deep) + 1e-9 * size, angle), posed, faces)
     found, slivers = _cut(chosen, posed, faces, (far, deep), size)
-    met = _pairs_of(found)
-    rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
-        -1, 2
-    )
+    count = np.array([len(assembly.blocks), 1])  # of a pair's number
+    rest = pairs[~np.isin(pairs @ count, found.pairs @ count)]
     nearer = _nearer(found, footholds(posed, faces, pairs, far, deep, size, rim=True)) if corners else []
-    found += standing_pairs(posed, rest, far, deep, size)
-    found += nearer if corners else footholds(posed, faces, rest, far, deep, size)
+    alone = standing_pairs(posed, rest, far, deep, size)
+    alone += nearer if corners else footholds(posed, faces, rest, far, deep, size)
+    found = Interfaces.joined([found, Interfaces.of(alone, assembly.dimension)])
     if tell:
         _tell_slivers(assembly, found, slivers)
-    return tuple(sorted(found, key=_order))
+    return found.only(_order(found))
 
 
 def default_reach(assembly: Assembly) -> float:
@@ -121,28 +119,24 @@ def _check_limits(reach: float | None, angle: float) -> None:
         )
 
 
-def _pairs_of(interfaces: list[Interface]) -> set[tuple[int, ...]]:
-    """Pairs of blocks that interfaces join, the lower number first."""
-    return {tuple(sorted(interface.blocks)) for interface in interfaces}
-
-
-def _nearer(found: list[Interface], corners: list[Interface]) -> list[Interface]:
+def _nearer(found: Interfaces, corners: list[Interface]) -> list[Interface]:
     """Corners that come nearer than all faces that their two blocks share."""
-    least: dict[tuple[int, ...], float] = {}
-    for one in found:
-        pair = tuple(sorted(one.blocks))
-        least[pair] = min(least.get(pair, math.inf), float(one.gap.min()))
-    nearest = [least.get(tuple(sorted(one.blocks)), math.inf) for one in corners]
-    return [
-        one
-        for one, face in zip(corners, nearest, strict=True)
-        if one.gap[0] < face - (NEARER * abs(face) if math.isfinite(face) else 0.0)
-    ]
+    if not corners:
+        return []
+    own = np.sort([one.blocks for one in corners], axis=1)
+    _, pair = np.unique(np.concatenate([found.pairs, own]), axis=0, return_inverse=True)
+    least = np.full(len(pair), np.inf)
+    np.minimum.at(least, pair[: len(found)], found.nearest)
+    face = least[pair[len(found) :]]
+    allowed = face - np.where(np.isfinite(face), NEARER * np.abs(face), 0.0)
+    return [one for one, most in zip(corners, allowed.tolist(), strict=True) if one.gap[0] < most]
 
 
-def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray) -> None:
+def _tell_slivers(assembly: Assembly, found: Interfaces, slivers: IntArray) -> None:
     """Warn of pairs of blocks that have nothing but slivers in common: they do not touch."""
-    lost = sorted({(min(a, b), max(a, b)) for a, b in slivers.tolist()} - _pairs_of(found))
+    count = np.array([len(assembly.blocks), 1])
+    thin = np.unique(np.sort(slivers, axis=1), axis=0)
+    lost = thin[~np.isin(thin @ count, found.pairs @ count)].tolist()
     if lost:
         names = [f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost]
         remark(
@@ -153,32 +147,34 @@ def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray)
         )
 
 
-def _order(interface: Interface) -> tuple[int, ...]:
-    """Sorting key: lower block, higher block, their faces; pieces stay in the order found."""
-    (a, b), (f, g) = interface.blocks, interface.faces
-    return (a, b, f, g) if a < b else (b, a, g, f)
+def _order(interfaces: Interfaces) -> IntArray:
+    """Interfaces by lower block, higher block, their faces, shape (i,); pieces stay in the order found."""
+    swapped = (interfaces.blocks[:, 0] > interfaces.blocks[:, 1])[:, None]
+    faces = np.where(swapped, interfaces.faces[:, ::-1], interfaces.faces)
+    (a, b), (f, g) = interfaces.pairs.T, faces.T
+    return np.lexsort((g, f, b, a)).astype(np.int64)
 
 
 def _cut(
     pairs: FacePairs, posed: Posed, faces: PosedFaces, within: tuple[float, float], size: float
-) -> tuple[list[Interface], IntArray]:
+) -> tuple[Interfaces, IntArray]:
     """Interfaces of the face pairs whose common part is large, and ``within`` a gap and an overlap.
 
     And the blocks of those whose common part is no mere edge, yet too small, shape (s, 2). Of leaves far
     thinner than they are wide each faces hundreds of others: so many pairs are cut one lot after another.
     """
-    found: list[Interface] = []
+    found = [Interfaces.of((), faces.points.shape[2])]
     slivers = [np.empty((0, 2), dtype=np.int64)]
     for first in range(0, len(pairs), TOGETHER):
         some, thin = _cut_some(pairs.only(slice(first, first + TOGETHER)), posed, faces, within, size)
-        found += some
+        found.append(some)
         slivers.append(thin)
-    return found, np.concatenate(slivers)
+    return Interfaces.joined(found), np.concatenate(slivers)
 
 
 def _cut_some(
     pairs: FacePairs, posed: Posed, faces: PosedFaces, within: tuple[float, float], size: float
-) -> tuple[list[Interface], IntArray]:
+) -> tuple[Interfaces, IntArray]:
     """The same of as many pairs as memory holds."""
     c, a = pairs.candidate, pairs.antagonist
     mean = faces.normal[a] - faces.normal[c]
@@ -211,21 +207,19 @@ def _cut_some(
     sliver = sliver[width > EDGE * size]
     sides, rows = np.stack([c, a], axis=1), np.flatnonzero(accepted)
     both, numbers = faces.block[sides[rows]], faces.face[sides[rows]]
-    labels = posed.shared_labels(both, numbers)
-    # views would keep the arrays of all pairs
-    normal, polygon, gap, many = normal[rows], polygon[rows], gap[rows], corners[rows]
-    made = [
-        Interface(
-            blocks=(one, other),
-            faces=(face, facing),
-            normal=normal[m],
-            polygon=polygon[m, : many[m]],
-            gap=gap[m, : many[m]],
-            area=float(area[rows[m]]),
-            label=labels[m],
-        )
-        for m, ((one, other), (face, facing)) in enumerate(zip(both.tolist(), numbers.tolist(), strict=True))
-    ]
+    labels, label = np.unique(posed.shared_labels(both, numbers), return_inverse=True)
+    made = Interfaces(
+        blocks=both,
+        faces=numbers,
+        normal=normal[rows],
+        area=area[rows],
+        tie=np.zeros(len(rows), dtype=bool),
+        label=label,
+        labels=tuple(labels.tolist()),
+        corners=polygon[rows][real[rows]],
+        gap=gap[rows][real[rows]],
+        first=np.cumsum([0, *corners[rows]]),
+    )
     return made, faces.block[sides[sliver]]
 
 

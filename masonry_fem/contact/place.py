@@ -1,17 +1,16 @@
-"""Place: contact points on all interfaces, with their frames, gaps and identities."""
+"""Place: contact points on all interfaces, with their frames and gaps."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from hashlib import blake2b
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface, height, local_frames
-from masonry_fem.contact.interface_arrays import InterfaceArrays, numbered
+from masonry_fem.contact.interfaces import Interfaces, numbered
 from masonry_fem.contact.placement import names, on_round_faces, points_of, together_of
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
@@ -83,22 +82,22 @@ def place(
     """
     for rule in dict.fromkeys(rules):  # looks into the folder of rules: not for each of many interfaces
         _check(rules.index(rule), rule)
+    interfaces = Interfaces.of(interfaces, assembly.dimension)
     if not interfaces:
         return _none(assembly.dimension)
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
-    arrays = InterfaceArrays.of(interfaces, assembly.dimension)
-    placed = _placed(assembly, surfaces, interfaces, arrays, rules)
+    placed = _placed(assembly, surfaces, interfaces, rules)
     if tell:
         _tell_round(assembly, placed.spots)
-    _check_areas(placed, arrays, rules)
+    _check_areas(placed, interfaces, rules)
     contacts = _contacts(assembly, surfaces, placed)
     if (np.diff(contacts.interface) < 0).any():
         contacts = picked(contacts, np.argsort(contacts.interface, kind="stable"))
-    return replace(contacts, key=_keys(assembly, interfaces, contacts.interface))
+    return contacts
 
 
 def _contacts(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Placed) -> Contacts:
-    """The points of all joints as contacts, still without their identities."""
+    """The points of all joints as contacts."""
     rows = _Rows.of([len(spot.area) for spot in placed.spots], placed.of)
     made = _on_round_faces(_on_planes(assembly, surfaces, placed, rows), placed, rows.joint)
     small = np.abs(made.gap) < ROUNDING * typical_size(assembly, surfaces)
@@ -148,7 +147,6 @@ def _on_planes(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Placed
         frame=frame,
         gap=heights[:, 0] - heights[:, 1],
         area=np.concatenate([spot.area for spot in spots])[rows.at],
-        key=np.zeros(len(of), dtype=np.int64),
     )
 
 
@@ -240,8 +238,7 @@ def _means(assembly: Assembly, placed: Placed, points: _Rows) -> sparse.csr_arra
 def _placed(
     assembly: Assembly,
     surfaces: tuple[Surface, ...],
-    interfaces: Sequence[Interface],
-    arrays: InterfaceArrays,
+    interfaces: Interfaces,
     rules: Sequence[Rule],
 ) -> Placed:
     """The points of each interface, or of all that two round faces have in common, by its rule.
@@ -250,12 +247,12 @@ def _placed(
     """
     kinds = {rule: number for number, rule in enumerate(dict.fromkeys(rules))}
     rule = np.array([kinds[one] for one in rules])
-    frames = local_frames(arrays.normal)
-    group = _round_groups(assembly, surfaces, arrays, rule, list(kinds))
+    frames = local_frames(interfaces.normal)
+    group = _round_groups(assembly, surfaces, interfaces, rule, list(kinds))
     rows, count = np.argsort(group, kind="stable"), np.bincount(group)
     first = np.cumsum(count) - count
     lone = rows[first[count == 1]]  # interfaces that are joints by themselves
-    alike, kind = np.arange(len(count)), _shapes(assembly, surfaces, arrays, frames, rule, lone)
+    alike, kind = np.arange(len(count)), _shapes(assembly, surfaces, interfaces, frames, rule, lone)
     alike[count == 1] = np.flatnonzero(count == 1)[kind]
     chosen = np.unique(alike)
     joints = [
@@ -267,11 +264,11 @@ def _placed(
         its = np.flatnonzero(rule[rows[first[chosen]]] == number).tolist()
         for k, spots in zip(its, _by_rule([joints[k] for k in its], one), strict=True):
             made[k] = spots
-    return _everywhere(arrays, frames, rows, first, np.searchsorted(chosen, alike), made)
+    return _everywhere(interfaces, frames, rows, first, np.searchsorted(chosen, alike), made)
 
 
 def _everywhere(
-    arrays: InterfaceArrays,
+    interfaces: Interfaces,
     frames: FloatArray,
     rows: IntArray,
     first: IntArray,
@@ -282,7 +279,7 @@ def _everywhere(
 
     Parameters
     ----------
-    arrays, frames : Of all interfaces.
+    interfaces, frames : Of all interfaces.
     rows, first : Interfaces joint by joint, and the first of each of g joints, shape (g,).
     kind : Of each joint, shape (g,). made : What was placed on the first joint of each kind.
     """
@@ -296,16 +293,16 @@ def _everywhere(
     within = np.arange(len(joint)) - np.repeat(np.cumsum(count) - count, count)
     start, of = first[joint] + within, begin[kind[joint]] + within
     row, turned = rows[start], exchanged[of]
-    blocks, faces, frame = arrays.blocks[row], arrays.faces[row], frames[row]
+    blocks, faces, frame = interfaces.blocks[row], interfaces.faces[row], frames[row]
     blocks[turned], faces[turned] = blocks[turned, ::-1], faces[turned, ::-1]
-    frame[turned] = local_frames(-arrays.normal[row[turned]])
-    return Placed(spots, of, rows, start, blocks, faces, frame, arrays.corners[arrays.first[row]])
+    frame[turned] = local_frames(-interfaces.normal[row[turned]])
+    return Placed(spots, of, rows, start, blocks, faces, frame, interfaces.corners[interfaces.first[row]])
 
 
 def _shapes(
     assembly: Assembly,
     surfaces: tuple[Surface, ...],
-    arrays: InterfaceArrays,
+    interfaces: Interfaces,
     frames: FloatArray,
     rule: IntArray,
     rows: IntArray,
@@ -316,7 +313,8 @@ def _shapes(
 
     Parameters
     ----------
-    assembly, surfaces, arrays, frames, rule : Blocks, their surfaces, all interfaces, their frames and rules.
+    assembly, surfaces : Blocks and their surfaces.
+    interfaces, frames, rule : Where they touch, frames there, and numbers of rules.
     rows : Which of them, shape (n,).
     """
     if not len(rows):
@@ -324,19 +322,24 @@ def _shapes(
     shape, rotation, translation = _poses(assembly)
     surface = {id(one): number for number, one in enumerate(surfaces)}
     of_block = np.array([surface[id(one)] for one in surfaces])[shape]
-    start, last = arrays.first[:-1][rows], arrays.first[1:][rows]
+    start, last = interfaces.first[:-1][rows], interfaces.first[1:][rows]
     corner = np.minimum(start[:, None] + np.arange((last - start).max(initial=0)), last[:, None] - 1)
-    origin, across = arrays.corners[start], frames[rows][:, 1:]
-    polygon = np.einsum("nkd,npd->nkp", arrays.corners[corner] - origin[:, None], across)
+    origin, across = interfaces.corners[start], frames[rows][:, 1:]
+    polygon = np.einsum("nkd,npd->nkp", interfaces.corners[corner] - origin[:, None], across)
     size = np.ptp(polygon, axis=1).max(axis=1)
     size = np.where(size > 0, size, 1.0)[:, None]
     numbers = [polygon.reshape(len(rows), -1) / size]
     for side in (0, 1):
-        block = arrays.blocks[rows, side]
+        block = interfaces.blocks[rows, side]
         numbers.append((across @ rotation[block]).reshape(len(rows), -1))
         numbers.append(np.einsum("kpd,kd->kp", across, translation[block] - origin) / size)
     digits = np.rint(np.concatenate(numbers, axis=1) / CONGRUENT)
-    own = [of_block[arrays.blocks[rows]], arrays.faces[rows], arrays.label[rows], arrays.area[rows] == 0]
+    own = [
+        of_block[interfaces.blocks[rows]],
+        interfaces.faces[rows],
+        interfaces.label[rows],
+        interfaces.area[rows] == 0,
+    ]
     found, first = numbered(np.column_stack([rule[rows], *own, last - start, digits]))
     congruent: IntArray = first[found]
     return congruent
@@ -351,7 +354,7 @@ def _from_one_side(patches: Sequence[Patch]) -> list[Patch]:
 def _round_groups(
     assembly: Assembly,
     surfaces: tuple[Surface, ...],
-    arrays: InterfaceArrays,
+    interfaces: Interfaces,
     rule: IntArray,
     rules: Sequence[Rule],
 ) -> IntArray:
@@ -359,11 +362,11 @@ def _round_groups(
 
     Parameters
     ----------
-    assembly, surfaces, arrays : Blocks, their surfaces, and where they touch.
+    assembly, surfaces, interfaces : Blocks, their surfaces, and where they touch.
     rule : Number of each interface's rule among ``rules``: some place points on whole faces.
     """
     whole = np.array([on_round_faces(one.name) for one in rules])[rule]
-    joints = round_joints(assembly, arrays, [surface.smooth for surface in surfaces])
+    joints = round_joints(assembly, interfaces, [surface.smooth for surface in surfaces])
     apart = np.where(whole, -1, np.arange(len(rule)))
     return numbered(np.column_stack([np.where(whole, joints, -1), np.where(whole, rule, -1), apart]))[0]
 
@@ -392,10 +395,10 @@ def _checked(spots: Spots, patch: Patch, rule: Rule) -> Spots:
     return spots
 
 
-def _check_areas(placed: Placed, arrays: InterfaceArrays, rules: Sequence[Rule]) -> None:
+def _check_areas(placed: Placed, interfaces: Interfaces, rules: Sequence[Rule]) -> None:
     """Refuse areas of a rule that do not sum to the interfaces': stresses would be wrong."""
     total = np.array([spot.area.sum() for spot in placed.spots])[placed.of]
-    whole = np.add.reduceat(arrays.area[placed.rows], placed.first)
+    whole = np.add.reduceat(interfaces.area[placed.rows], placed.first)
     for k in np.flatnonzero(np.abs(total - whole) > AREAS * whole)[:1]:
         i = int(placed.rows[placed.first[k]])
         raise ExtensionError(
@@ -414,37 +417,6 @@ def _check(number: int, rule: Rule) -> None:
         raise GeometryError(f"{where}: density is {rule.density}, expected at least 1 subdivision")
 
 
-def _keys(assembly: Assembly, interfaces: Sequence[Interface], of: IntArray) -> IntArray:
-    """Identities from the blocks' names, the faces and the place within them, shape (c,).
-
-    Names, not numbers: a contact keeps its identity when other blocks come or go.
-    """
-    names = [block.name for block in assembly.blocks]
-    if len(set(names)) < len(names):  # hand-made assemblies without names
-        names = [f"{name}#{number}" for number, name in enumerate(names)]
-    pairs = []
-    for interface in interfaces:
-        a, b = sorted(zip(interface.blocks, interface.faces, strict=True))
-        text = f"{names[a[0]]}\n{a[1]}\n{names[b[0]]}\n{b[1]}"
-        pairs.append(int.from_bytes(blake2b(text.encode(), digest_size=8).digest()))
-    pair = np.array(pairs, dtype=np.uint64)[of]
-    # several pieces may lie between the same two faces: number their points on
-    order = np.argsort(pair, kind="stable")
-    ordered = pair[order]
-    start = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
-    index = np.empty(len(pair), dtype=np.uint64)
-    index[order] = np.arange(len(pair)) - np.repeat(start, np.diff(np.concatenate([start, [len(pair)]])))
-    return (_mixed(pair + index * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(1)).astype(np.int64)
-
-
-def _mixed(number: np.ndarray) -> np.ndarray:
-    """Bits well mixed (SplitMix64), so that near numbers give far keys."""
-    number = (number ^ (number >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    number = (number ^ (number >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    mixed: np.ndarray = number ^ (number >> np.uint64(31))
-    return mixed
-
-
 def _none(d: int) -> Contacts:
     empty = np.empty(0, dtype=np.int64)
     return Contacts(
@@ -455,5 +427,4 @@ def _none(d: int) -> Contacts:
         frame=np.empty((0, d, d)),
         gap=np.empty(0),
         area=np.empty(0),
-        key=empty,
     )

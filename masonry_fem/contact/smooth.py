@@ -15,14 +15,13 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.contact.contacts import local_frames
-from masonry_fem.contact.interface_arrays import InterfaceArrays, numbered
+from masonry_fem.contact.interfaces import Interfaces, numbered
 from masonry_fem.contact.interpolation import CORNERS_OF
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 if TYPE_CHECKING:
-    from masonry_fem.contact.contacts import Interface
     from masonry_fem.solid.assembly import Assembly
 
 SMOOTH = 20.0  # angle [degrees] below which neighbouring faces are parts of one round face
@@ -47,7 +46,7 @@ def smooth_faces(solid: Polytope, normals: FloatArray) -> IntArray:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def round_joints(assembly: Assembly, arrays: InterfaceArrays, smooth: Sequence[IntArray]) -> IntArray:
+def round_joints(assembly: Assembly, interfaces: Interfaces, smooth: Sequence[IntArray]) -> IntArray:
     """The joint that each interface is a part of, numbered as they first come, shape (i,).
 
     Facets that two faces, round or parted, have in common under one label make up one joint; a corner, an
@@ -55,22 +54,24 @@ def round_joints(assembly: Assembly, arrays: InterfaceArrays, smooth: Sequence[I
 
     Parameters
     ----------
-    assembly : The blocks. arrays : Where they touch.
+    assembly : The blocks. interfaces : Where they touch.
     smooth : Of each shape the round face of each of its faces, from ``smooth_faces``.
     """
     first = np.cumsum([0, *map(len, smooth)])
     of_shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
-    whole = (arrays.area > 0) & ~arrays.tie
-    faces = np.where(whole[:, None], arrays.faces, 0)
-    sides = np.stack([arrays.blocks, np.concatenate(smooth)[first[of_shape[arrays.blocks]] + faces]], axis=2)
+    whole = (interfaces.area > 0) & ~interfaces.tie
+    faces = np.where(whole[:, None], interfaces.faces, 0)
+    sides = np.stack(
+        [interfaces.blocks, np.concatenate(smooth)[first[of_shape[interfaces.blocks]] + faces]], axis=2
+    )
     (block, face), (facing, its) = sides[:, 0].T, sides[:, 1].T
     swapped = (block > facing) | ((block == facing) & (face > its))
     sides[swapped] = sides[swapped, ::-1]
     own = np.where(whole, -1, np.arange(len(whole)))
-    return numbered(np.column_stack([sides.reshape(-1, 4), arrays.label, own]))[0]
+    return numbered(np.column_stack([sides.reshape(-1, 4), interfaces.label, own]))[0]
 
 
-def joints_of(assembly: Assembly, interfaces: Sequence[Interface]) -> IntArray:
+def joints_of(assembly: Assembly, interfaces: Interfaces) -> IntArray:
     """``round_joints`` for whoever does not have the round faces of the shapes, shape (i,).
 
     Parameters
@@ -80,7 +81,7 @@ def joints_of(assembly: Assembly, interfaces: Sequence[Interface]) -> IntArray:
     solids = [shape.solid for shape in assembly.shapes]
     normals = [np.array([solid.normal(face) for face in range(len(solid.faces))]) for solid in solids]
     smooth = [smooth_faces(solid, own) for solid, own in zip(solids, normals, strict=True)]
-    return round_joints(assembly, InterfaceArrays.of(interfaces, assembly.dimension), smooth)
+    return round_joints(assembly, interfaces, smooth)
 
 
 def curvatures(mesh: Mesh, facets: IntArray, smooth: IntArray) -> FloatArray:

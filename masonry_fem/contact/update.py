@@ -15,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.contacts import Contacts
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray, Pose
@@ -53,9 +54,7 @@ def returned(contacts: Contacts, rotation: FloatArray, translation: FloatArray) 
     return replace(contacts, points=points, frame=frame)
 
 
-def returned_faces(
-    interfaces: tuple[Interface, ...], rotation: FloatArray, translation: FloatArray
-) -> tuple[Interface, ...]:
+def returned_faces(interfaces: Interfaces, rotation: FloatArray, translation: FloatArray) -> Interfaces:
     """Interfaces that were found on moved blocks, transformed back with their antagonists.
 
     Parameters
@@ -63,11 +62,9 @@ def returned_faces(
     interfaces : Found on the moved blocks.
     rotation, translation : The motion of each block, as in ``moved``.
     """
-    back = []
-    for one in interfaces:
-        turn, shift = rotation[one.blocks[1]], translation[one.blocks[1]]
-        back.append(replace(one, normal=one.normal @ turn, polygon=(one.polygon - shift) @ turn))
-    return tuple(back)
+    carrier = interfaces.blocks[:, 1]
+    back = rotation[carrier].swapaxes(1, 2)
+    return interfaces.moved(back, -np.einsum("iab,ib->ia", back, translation[carrier]))
 
 
 def partners(
@@ -104,8 +101,8 @@ def partners(
 
 
 def joined(
-    kept: tuple[tuple[Interface, ...], Contacts], added: tuple[tuple[Interface, ...], Contacts]
-) -> tuple[tuple[Interface, ...], Contacts]:
+    kept: tuple[Interfaces, Contacts], added: tuple[Interfaces, Contacts]
+) -> tuple[Interfaces, Contacts]:
     """Two sets of interfaces with their contacts as one.
 
     Parameters
@@ -113,7 +110,7 @@ def joined(
     kept, added : Interfaces and contacts; the kept ones come first.
     """
     (first, before), (second, after) = kept, added
-    return first + second, Contacts(
+    return Interfaces.joined([first, second]), Contacts(
         blocks=np.concatenate([before.blocks, after.blocks]),
         interface=np.concatenate([before.interface, after.interface + len(first)]),
         points=np.concatenate([before.points, after.points]),
@@ -121,7 +118,6 @@ def joined(
         frame=np.concatenate([before.frame, after.frame]),
         gap=np.concatenate([before.gap, after.gap]),
         area=np.concatenate([before.area, after.area]),
-        key=np.concatenate([before.key, after.key]),
         means=_stacked(before, after),
         bulge=_bulges(before, after),
         ties=None if before.ties is after.ties is None else np.concatenate([before.tied, after.tied]),
@@ -154,9 +150,7 @@ def _widened(weights: sparse.csr_array, width: int) -> sparse.csr_array:
     return sparse.csr_array(parts, shape=(weights.shape[0], width))
 
 
-def chosen(
-    interfaces: tuple[Interface, ...], contacts: Contacts, keep: np.ndarray
-) -> tuple[tuple[Interface, ...], Contacts]:
+def chosen(interfaces: Interfaces, contacts: Contacts, keep: np.ndarray) -> tuple[Interfaces, Contacts]:
     """Some of the interfaces, with their contacts.
 
     Parameters
@@ -168,9 +162,7 @@ def chosen(
     number = np.cumsum(keep) - 1
     own = np.flatnonzero(keep[contacts.interface]) if contacts.count else np.zeros(0, dtype=np.int64)
     some = picked(contacts, own)
-    return tuple(one for one, stays in zip(interfaces, keep, strict=True) if stays), replace(
-        some, interface=number[some.interface]
-    )
+    return interfaces.only(keep), replace(some, interface=number[some.interface])
 
 
 def picked(contacts: Contacts, rows: IntArray) -> Contacts:
@@ -190,7 +182,6 @@ def picked(contacts: Contacts, rows: IntArray) -> Contacts:
         frame=contacts.frame[rows],
         gap=contacts.gap[rows],
         area=contacts.area[rows],
-        key=contacts.key[rows],
         means=None if contacts.means is None else contacts.means[both],
         bulge=None if contacts.bulge is None else contacts.bulge[rows],
         ties=None if contacts.ties is None else contacts.ties[rows],

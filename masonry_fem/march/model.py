@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import BodyGroup, Scheme
-from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.contacts import Contacts
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.march.moving import Travel
 from masonry_fem.march.shaking import Shaking
@@ -182,7 +183,7 @@ class Model:
 
     assembly: Assembly
     groups: tuple[BodyGroup, ...]
-    interfaces: tuple[Interface, ...]
+    interfaces: Interfaces
     contacts: Contacts
     laws: Assignment
     loads: tuple[Load, ...]

@@ -204,7 +204,7 @@ def _parts(
 ) -> tuple[Part, ...]:
     """The moving blocks, joined by interfaces that stay ``closed``."""
     names = [block.name for block in model.assembly.blocks]
-    pairs = np.array([model.interfaces[index].blocks for index in closed], dtype=int).reshape(-1, 2)
+    pairs = model.interfaces.blocks[closed]
     links = sparse.coo_array(
         (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(names), len(names))
     )

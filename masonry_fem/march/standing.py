@@ -11,8 +11,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.contacts import Contacts
 from masonry_fem.contact.depth import Overlaps
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.state import SystemState
 
@@ -62,7 +63,7 @@ class Found:
     records : Number of the scene's joint record of each interface.
     """
 
-    interfaces: tuple[Interface, ...]
+    interfaces: Interfaces
     contacts: Contacts
     records: tuple[int, ...]
 

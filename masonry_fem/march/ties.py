@@ -140,7 +140,7 @@ def without_ties(model: Model, state: SystemState) -> tuple[Model, SystemState]:
     tied = model.contacts.ties
     if tied is None:
         return model, state
-    keep = np.array([not one.tie for one in model.interfaces], dtype=bool)
+    keep = ~model.interfaces.tie
     interfaces, contacts = chosen(model.interfaces, model.contacts, keep)
     rows = np.flatnonzero(~tied)
     number = np.cumsum(~tied) - 1

@@ -26,7 +26,7 @@ from masonry_fem.records.remark import Remark
 from masonry_fem.records.tree import TreeError, packed, unpacked
 
 CHECKPOINT = "checkpoint.npz"
-FORMAT = 1
+FORMAT = 2
 
 
 class CheckpointError(MasonryError):

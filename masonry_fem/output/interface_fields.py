@@ -26,7 +26,7 @@ LABEL = "label"
 
 def labels_of(model: Model) -> list[str]:
     """Label of each joint; their numbers are those of the sorted labels."""
-    return [interface.label for interface in model.interfaces]
+    return model.interfaces.label_of_each
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class InterfaceFields:
         polygon, of = faces.facets.polygon, faces.facets.joint
         real = np.arange(polygon.shape[1]) < faces.facets.corners[:, None]
         points = three(told.corner_reference[real])
-        blocks = np.array([one.blocks for one in model.interfaces], dtype=np.int64).reshape(-1, 2)
+        blocks = model.interfaces.blocks
         size = np.where(faces.size > 0, faces.size, np.inf)
         types = np.where(faces.facets.corners > 2, POLYGON, np.where(faces.facets.corners == 2, LINE, VERTEX))
         return cls(

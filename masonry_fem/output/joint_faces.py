@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from masonry_fem.contact.contacts import local_frames
-from masonry_fem.contact.interface_arrays import InterfaceArrays
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.smooth import FLAT, round_joints, smooth_faces
 from masonry_fem.march.model import Model
 from masonry_fem.output.polygon_moments import polygon_moments
@@ -92,12 +92,11 @@ class JointFaces:
         solids = [shape.solid for shape in model.assembly.shapes]
         normals = [np.array([solid.normal(face) for face in range(len(solid.faces))]) for solid in solids]
         smooth = [smooth_faces(solid, own) for solid, own in zip(solids, normals, strict=True)]
-        arrays = InterfaceArrays.of(interfaces, d)
-        joint = round_joints(model.assembly, arrays, smooth)
-        facets = Facets(*_padded(arrays.corners, arrays.first), joint)
+        joint = round_joints(model.assembly, interfaces, smooth)
+        facets = Facets(*_padded(interfaces.corners, interfaces.first), joint)
         first = np.unique(joint, return_index=True)[1]
-        normal, area, plane = _mean_planes(arrays, joint, first)
-        polygon, corners = _outlines(arrays, facets, first, normal)
+        normal, area, plane = _mean_planes(interfaces, joint, first)
+        polygon, corners = _outlines(interfaces, facets, first, normal)
         tangents = local_frames(normal)[:, 1:]
         middle = polygon.mean(axis=1)
         raw = np.einsum("ikd,iad->ika", polygon - middle[:, None], tangents)
@@ -110,7 +109,9 @@ class JointFaces:
         ends = _ends(flat, extent, centroid, axes)
         size = np.ptp(extent, axis=2)
         planes = _Planes.of(solids, normals)
-        sides = planes.bounding(model.assembly, arrays.blocks[first], arrays.faces[first], ends, axes, size)
+        sides = planes.bounding(
+            model.assembly, interfaces.blocks[first], interfaces.faces[first], ends, axes, size
+        )
         return cls(facets, first, plane, corners, normal, axes, centroid, flat, extent, area, second, sides)
 
     @property
@@ -134,7 +135,7 @@ def _padded(corners: FloatArray, first: IntArray) -> tuple[FloatArray, IntArray]
 
 
 def _mean_planes(
-    interfaces: InterfaceArrays, joint: IntArray, first: IntArray
+    interfaces: Interfaces, joint: IntArray, first: IntArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Mean normals towards the candidates of first facets, areas, and where facets are flat together."""
     candidate, measure = interfaces.blocks[:, 0], interfaces.area
@@ -151,7 +152,7 @@ def _mean_planes(
 
 
 def _outlines(
-    interfaces: InterfaceArrays, facets: Facets, first: IntArray, normal: FloatArray
+    interfaces: Interfaces, facets: Facets, first: IntArray, normal: FloatArray
 ) -> tuple[FloatArray, IntArray]:
     """Outlines of all joints, padded as facets are, and their numbers of corners."""
     joint, count = facets.joint, np.bincount(facets.joint)
@@ -171,7 +172,7 @@ def _outlines(
     return whole, known
 
 
-def _outline(interfaces: InterfaceArrays, rows: IntArray, normal: FloatArray) -> FloatArray:
+def _outline(interfaces: Interfaces, rows: IntArray, normal: FloatArray) -> FloatArray:
     """Corners of what several facets cover together in their mean plane, filled where it is hollow."""
     bounds = zip(interfaces.first[rows].tolist(), interfaces.first[rows + 1].tolist(), strict=True)
     points = np.concatenate([interfaces.corners[begin:end] for begin, end in bounds])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.march.model import Model
 from masonry_fem.output import fields
 from masonry_fem.output.backdrop import draw_pale, title_of
@@ -53,7 +53,7 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
     write_vtu(paths[0], grid, {fields.BLOCK: grid.point_block}, arrays, names)
     if can_render():
         paths.append(draw_mesh(model, directory / "mesh.png", title))
-        if not all(interface.tie for interface in model.interfaces):
+        if not model.interfaces.tie.all():
             paths.append(draw_interfaces(model, directory / "interfaces.png", title))
     return paths
 
@@ -93,10 +93,10 @@ def draw_interfaces(model: Model, path: Path, title: str = "") -> Path:
     """Detected interfaces coloured by joint label, each with its normal towards the candidate."""
     grid = grid_of(model)
     surface = surface_of(pyvista_grid(grid))
-    interfaces = [interface for interface in model.interfaces if not interface.tie]
-    labels = sorted({interface.label for interface in interfaces})
+    interfaces = model.interfaces.only(~model.interfaces.tie)
+    labels = sorted(set(interfaces.label_of_each))
     unit = "m²" if grid.dimension == 3 else "m"
-    area = sum(interface.area for interface in interfaces)
+    area = interfaces.area.sum()
     points = int((~model.contacts.tied).sum())
     sheet = Sheet(
         title_of(title, "interfaces"),
@@ -107,7 +107,7 @@ def draw_interfaces(model: Model, path: Path, title: str = "") -> Path:
     draw_pale(stage, surface, outline_of(surface))
     for rank, label in enumerate(labels):
         colour = JOINT_COLOURS[rank % len(JOINT_COLOURS)]
-        chosen = [interface for interface in interfaces if interface.label == label]
+        chosen = interfaces.only(np.array(interfaces.label_of_each) == label)
         _add_patches(stage, chosen, colour, grid.dimension)
         _add_normals(stage, chosen, colour, 0.22 * model.length)
         if rank < SHOWN:
@@ -115,12 +115,9 @@ def draw_interfaces(model: Model, path: Path, title: str = "") -> Path:
     return sheet.save(path, stage)
 
 
-def _add_patches(stage: Stage, chosen: list[Interface], colour: str, dimension: int) -> None:
-    polygons = [three(interface.polygon) for interface in chosen]
-    sizes = np.array([len(polygon) for polygon in polygons])
-    starts = np.cumsum(sizes) - sizes
-    loops = [np.concatenate([[n], np.arange(s, s + n)]) for n, s in zip(sizes, starts, strict=True)]
-    patches = _poly_data(np.concatenate(polygons), np.concatenate(loops), lines=dimension == 2)
+def _add_patches(stage: Stage, chosen: Interfaces, colour: str, dimension: int) -> None:
+    loops = np.insert(np.arange(chosen.first[-1]), chosen.first[:-1], chosen.size)
+    patches = _poly_data(three(chosen.corners), loops, lines=dimension == 2)
     if dimension == 2:
         stage.lines(patches, colour, 5.0, rank=2)
     else:
@@ -128,11 +125,12 @@ def _add_patches(stage: Stage, chosen: list[Interface], colour: str, dimension: 
         stage.lines(outline_of(patches), colour, 1.6)
 
 
-def _add_normals(stage: Stage, chosen: list[Interface], colour: str, size: float) -> None:
+def _add_normals(stage: Stage, chosen: Interfaces, colour: str, size: float) -> None:
     import pyvista as pv  # noqa: PLC0415
 
-    cloud = pv.PolyData(np.stack([three(interface.polygon).mean(axis=0) for interface in chosen]))
-    cloud["_normal"] = np.stack([three(interface.normal) for interface in chosen])
+    middles = np.add.reduceat(chosen.corners, chosen.first[:-1]) / chosen.size[:, None]
+    cloud = pv.PolyData(three(middles))
+    cloud["_normal"] = three(chosen.normal)
     arrow = pv.Arrow(tip_length=0.3, tip_radius=0.09, shaft_radius=0.028)
     stage.solid(cloud.glyph(orient="_normal", scale=False, factor=size, geom=arrow), colour)
 

@@ -82,7 +82,6 @@ def test_low_wall_of_meshed_bricks_has_501_nodes():
     interfaces, contacts = placed(wall(4, 5, cells=(4, 2, 2)), "nodes")
     assert len(interfaces) == 53
     assert contacts.count == 501
-    assert len(np.unique(contacts.key)) == 501
     areas = np.bincount(contacts.interface, contacts.area)
     assert areas == pytest.approx([interface.area for interface in interfaces])
     assert contacts.area.min() > 0
@@ -112,7 +111,6 @@ def test_rotated_copies_have_the_same_contacts(name, dimension):
     shift = np.array([3.0, 5.0, -2.0])[:dimension]
     _, here = placed(assembly, name)
     _, there = placed(moved(assembly, turn, shift), name)
-    assert np.array_equal(here.key, there.key)
     assert np.array_equal(here.facets, there.facets)
     assert there.points == pytest.approx(here.points @ turn.T + shift, abs=1e-10)
     assert there.frame[:, 0] == pytest.approx(here.frame[:, 0] @ turn.T, abs=1e-12)
@@ -391,18 +389,9 @@ def test_block_on_its_corner_has_one_contact():
         assert contacts.facets[0, 0] >= 0
 
 
-def test_keys_outlive_other_blocks():
-    whole = wall(4, 4, cells=(4, 2, 2))
-    part = replace(whole, blocks=whole.blocks[:-2])
-    (_, before), (_, after) = placed(whole, "nodes"), placed(part, "nodes")
-    kept = np.isin(before.key, after.key)
-    assert kept.sum() == after.count
-    assert before.points[kept] == pytest.approx(after.points)
-
-
 def test_same_contacts_twice():
     first, second = (placed(wall(3, 3, cells=(4, 2, 2)), "nodes")[1] for _ in range(2))
-    for name in ("points", "frame", "area", "key", "gap"):
+    for name in ("points", "frame", "area", "gap"):
         assert getattr(first, name).tobytes() == getattr(second, name).tobytes()
 
 
@@ -437,15 +426,6 @@ def test_rules_out_of_range(rule, named):
     assembly = meshed_pair(None, None)
     with pytest.raises(GeometryError, match=named):
         place(assembly, detect(assembly), [rule])
-
-
-@pytest.mark.parametrize("name", names())
-def test_each_contact_on_three_thousand_interfaces_has_a_key_of_its_own(name):
-    """How long it takes: ``benchmarks.detection``."""
-    assembly = wall(32, 31, cells=(4, 2, 2))
-    interfaces = detect(assembly)
-    contacts = place(assembly, interfaces, [Rule(name)] * len(interfaces))
-    assert len(np.unique(contacts.key)) == contacts.count
 
 
 def test_mesh_helper_has_outward_facets():

@@ -76,7 +76,7 @@ def test_prisms_of_random_outlines_share_the_common_polygon(gap, caplog):
         found = detect(Assembly(3, shapes, blocks))
         area, radius = common_area(first, second + offset)
         if radius <= 0:
-            assert found == ()
+            assert not found
             assert not caplog.records
             apart += 1
         elif not found:  # never without a word
@@ -108,7 +108,7 @@ def test_slivers_are_contacts_or_named(overlap, dimension, caplog):
         assert interface.area == pytest.approx(overlap)
         assert not caplog.records
     else:
-        assert found == ()
+        assert not found
         assert ("'low' and 'high' have only a sliver" in caplog.text) == (overlap > 2e-6)
 
 
@@ -176,7 +176,7 @@ def test_crossing_edges_of_two_roofs():
     assert interface.polygon == pytest.approx(np.array([[0.0, 5e-5, 0.8]]))
     assert interface.normal == pytest.approx([0, 1, 0])
     assert interface.gap == pytest.approx([1e-4])
-    assert detect(stacked(np.array([0.1, 1e-4, 0.8]))) == ()
+    assert not detect(stacked(np.array([0.1, 1e-4, 0.8])))
     (swapped,) = detect(
         Assembly(3, (Shape("roof", roof),), stacked(np.array([-0.7, 1e-4, 0.8])).blocks[::-1])
     )
@@ -225,4 +225,4 @@ def test_corner_in_a_hollow_stands_on_the_inner_face():
             assert interface.normal == pytest.approx([0, 1, 0])
             assert interface.polygon == pytest.approx(np.array([at]))
         else:
-            assert found == ()
+            assert not found

@@ -10,6 +10,7 @@ import pytest
 
 from masonry_fem.bodies.base import StressField
 from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.joints import Assignment, Dry
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
@@ -139,7 +140,7 @@ def wall_model(dimension: int, courses: int = 4, columns: int = 4, *, rigid: boo
     return Model(assembly, (base, stones), interfaces, contacts, laws, (), (), 0.3)  # type: ignore[arg-type]
 
 
-def bed_contacts(lows: list, size: tuple, d: int) -> tuple[tuple[Interface, ...], Contacts]:
+def bed_contacts(lows: list, size: tuple, d: int) -> tuple[Interfaces, Contacts]:
     up, interfaces, rows = d - 1, [], []
     frame = (
         np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], float) if d == 3 else np.array([[0, 1], [-1, 0]], float)
@@ -164,10 +165,10 @@ def bed_contacts(lows: list, size: tuple, d: int) -> tuple[tuple[Interface, ...]
             )
     count = len(rows)
     points = np.array([r[3] for r in rows])
-    return tuple(interfaces), Contacts(
+    return Interfaces.of(interfaces, d), Contacts(
         np.array([r[:2] for r in rows]), np.array([r[2] for r in rows]), np.stack([points, points], axis=1),
         np.full((count, 2), -1), np.broadcast_to(frame, (count, d, d)).copy(), np.zeros(count),
-        np.array([r[4] for r in rows]), np.arange(count),
+        np.array([r[4] for r in rows]),
     )  # fmt: skip
 
 

@@ -118,7 +118,7 @@ def _determinacy(scene: specs.Scene, made: March) -> tuple[ForceDeterminacy | No
 
 def _joints(scene: specs.Scene, made: March, state: SystemState) -> Joints | None:
     """Joints by state, where the scene asks for them."""
-    if not scene.output.interfaces or all(one.tie for one in made.model.interfaces):
+    if not scene.output.interfaces or made.model.interfaces.tie.all():
         return None
     from masonry_fem.results.joints import joint_summary  # noqa: PLC0415
 

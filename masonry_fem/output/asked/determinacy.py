@@ -51,8 +51,10 @@ def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:
     titles = ["interface", "candidate", "antagonist", "label", "points"]
     titles += [*names, *(f"{name}_determined" for name in names)]
     rows = []
-    for k, interface in enumerate(model.interfaces):
-        blocks = [model.assembly.blocks[block].name for block in interface.blocks]
+    for k, (pair, label) in enumerate(
+        zip(model.interfaces.blocks.tolist(), model.interfaces.label_of_each, strict=True)
+    ):
+        blocks = [model.assembly.blocks[block].name for block in pair]
         known = told.determined[k].astype(int).tolist()
-        rows.append([k, *blocks, interface.label, points[k], *told.resultant[k].tolist(), *known])
+        rows.append([k, *blocks, label, points[k], *told.resultant[k].tolist(), *known])
     return write_table(path, titles, rows)

@@ -71,7 +71,7 @@ class InterfaceTable:
         """Keep which forces of the last state are facts, for columns of their own."""
         self._determined = determinacy
         if determinacy is not None and made.model.contacts.ties is not None:
-            faces = np.array([not one.tie for one in made.model.interfaces], dtype=bool)
+            faces = ~made.model.interfaces.tie
             self._determined = replace(
                 determinacy,
                 resultant=determinacy.resultant[faces],
@@ -112,15 +112,15 @@ def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -
     newton, square = ("N/m", "m") if flat else ("N", "m2")
     world, axes = ("xy", ("",)) if flat else ("xyz", ("_1", "_2"))
     faces, count = told.faces, len(told.normal)
-    joints = [model.interfaces[row] for row in faces.first.tolist()]
-    names = [[model.assembly.blocks[b].name for b in one.blocks] for one in joints]
+    joints = model.interfaces.only(faces.first)
+    names = np.array([block.name for block in model.assembly.blocks], dtype=object)[joints.blocks]
     ratio = told.eccentricity / np.where(faces.size > 0, faces.size, np.inf)
     columns: Columns = {
         "time [s]": [state.time] * count,
         "interface": faces.first.tolist(),
-        "candidate": [pair[0] for pair in names],
-        "antagonist": [pair[1] for pair in names],
-        "label": [one.label for one in joints],
+        "candidate": names[:, 0].tolist(),
+        "antagonist": names[:, 1].tolist(),
+        "label": joints.label_of_each,
         f"area [{square}]": faces.area.tolist(),
         "status": told.status_words,
         "edge": list(told.edge),

@@ -94,6 +94,6 @@ def _pressures(model: Model, state: SystemState) -> np.ndarray:
         area = told.faces.area
         pressure = np.divide(told.normal, area, out=np.zeros_like(area), where=area > 0)
         for side in (0, 1):
-            blocks = np.array([model.interfaces[row].blocks[side] for row in told.faces.first.tolist()])
+            blocks = model.interfaces.blocks[told.faces.first, side]
             np.maximum.at(most, blocks, pressure)
     return most

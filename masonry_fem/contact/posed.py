@@ -52,9 +52,7 @@ class Posed:
     def of(cls, assembly: Assembly, surfaces: tuple[Surface, ...]) -> Posed:
         """Vertices and faces of the blocks of an assembly."""
         solids = tuple(surface.solid for surface in surfaces)
-        shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
-        rotation = np.array([block.pose.rotation for block in assembly.blocks])
-        translation = np.array([block.pose.translation for block in assembly.blocks])
+        shape, rotation, translation = poses(assembly)
         vertices, count = corners(assembly)
         on_face, faces = _padded(
             [np.array([solid.face_points(f)[0] for f in range(len(solid.faces))]) for solid in solids]
@@ -90,9 +88,7 @@ class Posed:
 
 def corners(assembly: Assembly) -> tuple[FloatArray, IntArray]:
     """Corners of all blocks in the world, padded by repetition, (b, v, d) [m]; how many are real, (b,)."""
-    shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
-    rotation = np.array([block.pose.rotation for block in assembly.blocks])
-    translation = np.array([block.pose.translation for block in assembly.blocks])
+    shape, rotation, translation = poses(assembly)
     vertices, count = _padded([one.solid.vertices for one in assembly.shapes])
     turned = np.einsum("bij,bkj->bki", rotation, vertices[shape])
     return turned + translation[:, None], count[shape]
@@ -142,3 +138,12 @@ def clearances(
                 height += (vertices[blocks[m], v, c] - on_plane[m, c]) * normal[m, c]
             result[m] = min(result[m], height)
     return result
+
+
+def poses(assembly: Assembly) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Shape (b,), rotation (b, d, d) and translation (b, d) of each block."""
+    return (
+        np.array([block.shape for block in assembly.blocks], dtype=np.int64),
+        np.array([block.pose.rotation for block in assembly.blocks]),
+        np.array([block.pose.translation for block in assembly.blocks]),
+    )

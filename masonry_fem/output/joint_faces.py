@@ -20,6 +20,7 @@ from scipy.spatial import ConvexHull
 
 from masonry_fem.contact.contacts import local_frames
 from masonry_fem.contact.interfaces import Interfaces
+from masonry_fem.contact.posed import poses
 from masonry_fem.contact.smooth import FLAT, round_joints, smooth_faces
 from masonry_fem.march.model import Model
 from masonry_fem.output.polygon_moments import polygon_moments
@@ -263,9 +264,7 @@ class _Planes:
         ends : Of the joints along their axes, shape (j, a, 2, d) [m].
         axes, size : Of the joints, shapes (j, a, d) and (j, a).
         """
-        shape = np.array([block.shape for block in assembly.blocks])
-        rotation = np.array([block.pose.rotation for block in assembly.blocks])
-        translation = np.array([block.pose.translation for block in assembly.blocks])
+        shape, rotation, translation = poses(assembly)
         outwards = np.stack([-axes, axes], axis=2)
         found = np.full(ends.shape[:3], "", dtype=self.names.dtype)
         for block, own in zip(blocks.T[::-1], faces.T[::-1], strict=True):  # the candidate's take precedence

@@ -453,6 +453,8 @@ def test_mesh_helper_has_outward_facets():
 )
 def test_what_a_rule_gives_back_is_checked(made, sentence, monkeypatch):
     real = points_of("corners")
-    monkeypatch.setattr("masonry_fem.contact.place.points_of", lambda name: lambda *how: made(real(*how)))
+    monkeypatch.setattr(
+        "masonry_fem.contact.joint_points.points_of", lambda name: lambda *how: made(real(*how))
+    )
     with pytest.raises(ExtensionError, match=sentence):
         placed(wall(1, 1), "corners")

@@ -146,7 +146,7 @@ def _same(
 
 
 def misplaced(
-    placed: Sequence[nodes.Placed], pieces: Pieces, borne: Sequence[FloatArray | None]
+    placed: Sequence[nodes.AtNodes], pieces: Pieces, borne: Sequence[FloatArray | None]
 ) -> FloatArray:
     """Share of a uniform pressure that contacts bring to other nodes of a side than its shape functions do.
 

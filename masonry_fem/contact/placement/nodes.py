@@ -84,7 +84,7 @@ def _ask_for_mesh(patch: Patch) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class AtNodes:
     """c points at the nodes of some patches, patch by patch.
 
     Attributes
@@ -150,7 +150,7 @@ def on_patches(
     patches: Sequence[Patch],
     planes: Planes,
     known: tuple[Sequence[Cover | None], Sequence[FloatArray | None]] | None = None,
-) -> list[Placed]:
+) -> list[AtNodes]:
     """Points at the nodes of the finer side, or at the corners where no node lies in a polygon.
 
     Parameters
@@ -233,7 +233,7 @@ def _held(
     return held
 
 
-def _at_corners(numbers: IntArray, patches: Sequence[Patch], planes: Planes) -> Placed:
+def _at_corners(numbers: IntArray, patches: Sequence[Patch], planes: Planes) -> AtNodes:
     """Points at the corners of polygons."""
     spots = [corners.points(patch, Rule()) for patch in patches]
     first = np.concatenate([[0], np.cumsum([len(one.area) for one in spots])])
@@ -241,7 +241,7 @@ def _at_corners(numbers: IntArray, patches: Sequence[Patch], planes: Planes) -> 
     covers = _covers(patches)
     facets = [_carriers(planes, side, cover, first, at) for side, cover in enumerate(covers)]
     area = np.concatenate([one.area for one in spots])
-    return Placed(numbers, patches, False, planes, covers, first, at, area, np.stack(facets, axis=1))
+    return AtNodes(numbers, patches, False, planes, covers, first, at, area, np.stack(facets, axis=1))
 
 
 def _at_nodes(
@@ -251,12 +251,12 @@ def _at_nodes(
     planes: Planes,
     covers: Sequence[Cover | None],
     by_facet: FloatArray | None,
-) -> Placed:
+) -> AtNodes:
     """Points at the nodes of the candidates.
 
     Parameters
     ----------
-    numbers, patches, exchanged, planes, covers : As of ``Placed``.
+    numbers, patches, exchanged, planes, covers : As of ``AtNodes``.
     by_facet : ∫ N over the polygons for each node of each facet of the candidates, (f, n), where it is known.
     """
     own = covers[0]
@@ -282,7 +282,7 @@ def _at_nodes(
         [_carriers(planes, side, cover, first, at) for side, cover in enumerate(covers)], axis=1
     )
     facets[node >= 0, 0] = own.carrier[node[node >= 0]]
-    return Placed(numbers, patches, exchanged, planes, covers, first, at, area, facets)
+    return AtNodes(numbers, patches, exchanged, planes, covers, first, at, area, facets)
 
 
 def _borne(patches: Sequence[Patch], planes: Planes, cover: Cover) -> FloatArray:

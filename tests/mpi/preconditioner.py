@@ -6,7 +6,7 @@ import numpy as np
 
 from masonry_fem.cli import main
 from masonry_fem.host.ranks import team
-from masonry_fem.nscd.solvers.elastic_krylov import Interfaces
+from masonry_fem.nscd.solvers.elastic_krylov import Undivided
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 
@@ -31,7 +31,7 @@ def compared(self, kept, terms):
         random.normal(size=self.problem.free_velocity.shape),
         random.normal(size=self.column.shape),
     )
-    alone = Interfaces(self.problem, self.elastic, self.scale)
+    alone = Undivided(self.problem, self.elastic, self.scale)
     expected = alone.solver(terms, kept, self.body_matrix, self._bodies_factorised)._precondition(
         force, balance
     )

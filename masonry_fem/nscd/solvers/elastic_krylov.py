@@ -9,7 +9,7 @@ interfaces that lie at one *seam* of stones are solved for together besides. Aro
 interfaces are one: what it flows at one it does at all others. Residuals are measured as errors are, each
 contact by what it gives way: those at such a stone would hide all others.
 
-    interfaces = Interfaces(problem, elastic)                     # once for a problem
+    interfaces = Undivided(problem, elastic, scale)               # once for a problem
     solve = interfaces.solver(terms, kept, ...)                   # once for a step
 
 How many iterations that takes depends on how finely stones are divided, hardly on how many there are.
@@ -383,8 +383,8 @@ def _in_turn(chosen: Mask, coupling: FloatArray) -> Iterator[IntArray]:
     return (numbers[first : first + some] for first in range(0, len(numbers), some))
 
 
-class Interfaces:
-    """Elastic contacts sorted by the pair of bodies that they join, interfaces of equal size together.
+class Undivided:
+    """A problem that one rank solves: its elastic contacts by the pair of bodies that they join.
 
     Parameters
     ----------
@@ -435,7 +435,7 @@ class Preconditioned:
     ----------
     problem : The contact problem. rows : Of its contacts.
     scale : w of each contact, by which residuals are measured, shape (c,).
-    terms, kept, body_matrix, factorised : As for ``Interfaces.solver``.
+    terms, kept, body_matrix, factorised : As for ``Undivided.solver``.
     """
 
     def __init__(

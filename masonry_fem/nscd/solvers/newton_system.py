@@ -24,7 +24,7 @@ from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, libra
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
-from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, iteration_pays
+from masonry_fem.nscd.solvers.elastic_krylov import Undivided, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
 from masonry_fem.nscd.solvers.elastic_ranks import Portions, parted
 from masonry_fem.nscd.structure import Structure
@@ -79,11 +79,11 @@ class NewtonSystem:
         return self.library == "krylov" and bool(self.elastic.any())
 
     @cached_property
-    def interfaces(self) -> Interfaces | Portions:
+    def interfaces(self) -> Undivided | Portions:
         """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
         library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
         several = parted(self.problem, self.elastic, self.scale, self.body_matrix, library, self.structure)
-        return Interfaces(self.problem, self.elastic, self.scale) if several is None else several
+        return Undivided(self.problem, self.elastic, self.scale) if several is None else several
 
     @cached_property
     def body_solver(self) -> BodySolver:

@@ -41,9 +41,10 @@ SCENES = {
     "rigid dynamics": {"fidelity": "rigid", "linear": "auto", "analysis": STEPS, "push": 8.0},
 }
 FEW = {"columns": 1, "courses": 5, "divisions": "[10, 6, 6]"}
+PARTS = {"linear": "auto", "columns": 32, "courses": 32, "push": 0.0, "tolerance": 1e-9}
 SPLIT = {name for name in SCENES if name.startswith("elastic")}
 
 
 def scene(name: str) -> str:
     """A scene as TOML."""
-    return WALL.format(**USUAL | (FEW if name == "few stones" else SCENES[name]))
+    return WALL.format(**USUAL | (SCENES | {"few stones": FEW, "parts": PARTS})[name])

@@ -17,6 +17,7 @@ from tests.mpi.scenes import SCENES, SPLIT, scene
 HERE = Path(__file__).parent
 CLI = ("-m", "masonry_fem")
 TOGETHER = (str(HERE / "together.py"),)
+LARGE_PARTS = (str(HERE / "large_parts.py"),)
 PRECONDITIONER = (str(HERE / "preconditioner.py"),)
 BESIDE = Path(sys.executable).parent / "mpiexec"  # that of the MPI that this Python's libraries have
 MPIEXEC = str(BESIDE) if BESIDE.exists() else shutil.which("mpiexec")
@@ -124,6 +125,19 @@ def test_no_seam_is_divided(count, tmp_path):
     done = started(tmp_path, count, "run", "scene.toml", "--quiet", program=PRECONDITIONER)
     assert done.returncode == 0, done.stderr
     assert "impulses and motions agree to" in done.stderr
+
+
+@pytest.mark.slow
+def test_ranks_solve_for_parts_of_parts(tmp_path):
+    """Some of them together, the others dealt out, and none waits for ever."""
+    (tmp_path / "scene.toml").write_text(scene("parts"))
+    done = started(tmp_path, 2, "run", "scene.toml", "--out", "out", "--quiet", program=LARGE_PARTS)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stderr.split("parts within parts: ")[1][0]) > 1
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["outcome"] == "equilibrium"
+    assert summary["certificate"]["natural_map"] <= 1e-9
+    assert min(summary["ranks"]["work"]["parts"]["seconds"]) > 0
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, t
 from masonry_fem.build.stones import Stones
 from masonry_fem.contact.contacts import Contacts
 from masonry_fem.contact.detection import default_reach, detect
-from masonry_fem.contact.interfaces import Interfaces
+from masonry_fem.contact.interfaces import Interfaces, among
 from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, partners, returned, returned_faces
@@ -142,15 +142,13 @@ class Meeting:
         contacts: Contacts, held: np.ndarray, gone: IntArray,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Which interfaces of the model stay, and which fresh ones are taken; those of pairs ``gone`` go."""
-        keys = np.array([len(model.assembly.blocks), 1])
-        known, anew, gone = (each @ keys for each in (model.interfaces.pairs, fresh.pairs, gone))
-        ties = model.interfaces.tie
+        known, ties = model.interfaces.pairs, model.interfaces.tie
         tied = known[~ties] if self._scatters else known[model.contacts.interface[held]]
         block, point = model.contacts.blocks[:, 0], model.contacts.points[:, 0]
         now = np.einsum("cij,cj->ci", motion[0][block], point) + motion[1][block]
         near = partners(model.contacts, now, contacts, contacts.points[:, 0], NEAR * model.length)
         far = np.bincount(contacts.interface[near < 0], minlength=len(fresh)) > 0
-        return ~np.isin(known, gone) | np.isin(known, tied) | ties, far | ~np.isin(anew, tied)
+        return ~among(known, gone) | among(known, tied) | ties, far | ~among(fresh.pairs, tied)
 
     @property
     def _scatters(self) -> bool:
@@ -172,8 +170,7 @@ class Meeting:
             surfaces=self._surfaces, tell=False, corners=True,
         )  # fmt: skip
         named = replace(found, blocks=used[found.blocks])
-        count = np.array([len(placed.blocks), 1])  # of a pair's number
-        return named.only(np.isin(named.pairs @ count, np.sort(pairs, axis=1) @ count))
+        return named.only(among(named.pairs, np.sort(pairs, axis=1)))
 
 
 def _moved(assembly: Assembly, motion: tuple[FloatArray, FloatArray], used: IntArray) -> Assembly:

@@ -21,7 +21,7 @@ from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, t
 from masonry_fem.build.meeting import DEEP
 from masonry_fem.build.stones import Stones, typical_length
 from masonry_fem.contact.detection import default_reach, detect
-from masonry_fem.contact.interfaces import Interfaces
+from masonry_fem.contact.interfaces import Interfaces, among
 from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
@@ -133,9 +133,8 @@ class Redetection:
     def _fresh(self, found: Interfaces, rigid: np.ndarray, bound: Interfaces) -> np.ndarray:
         """Those between rigid blocks of which one can move, of pairs that are not bound, shape (i,)."""
         free = np.array([fidelity is not None for fidelity in self.stones.fidelity], dtype=bool)
-        count = np.array([len(free), 1])  # of a pair's number
         moves = free[found.blocks].any(axis=1) & rigid[found.blocks].all(axis=1)
-        fresh: np.ndarray = moves & ~np.isin(found.pairs @ count, bound.pairs @ count)
+        fresh: np.ndarray = moves & ~among(found.pairs, bound.pairs)
         return fresh
 
 

@@ -17,7 +17,7 @@ from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.contacts import Interface, height, local_frames
 from masonry_fem.contact.facing import FacePairs, facing, orient
 from masonry_fem.contact.foothold import footholds
-from masonry_fem.contact.interfaces import Interfaces
+from masonry_fem.contact.interfaces import Interfaces, among
 from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import standing_pairs
@@ -92,8 +92,7 @@ def detect(
     deep = far if overlap is None else overlap
     chosen = orient(facing(faces, pairs, max(far, deep) + 1e-9 * size, angle), posed, faces)
     found, slivers = _cut(chosen, posed, faces, (far, deep), size)
-    count = np.array([len(assembly.blocks), 1])  # of a pair's number
-    rest = pairs[~np.isin(pairs @ count, found.pairs @ count)]
+    rest = pairs[~among(pairs, found.pairs)]
     nearer = _nearer(found, footholds(posed, faces, pairs, far, deep, size, rim=True)) if corners else []
     alone = standing_pairs(posed, rest, far, deep, size)
     alone += nearer if corners else footholds(posed, faces, rest, far, deep, size)
@@ -134,9 +133,8 @@ def _nearer(found: Interfaces, corners: list[Interface]) -> list[Interface]:
 
 def _tell_slivers(assembly: Assembly, found: Interfaces, slivers: IntArray) -> None:
     """Warn of pairs of blocks that have nothing but slivers in common: they do not touch."""
-    count = np.array([len(assembly.blocks), 1])
     thin = np.unique(np.sort(slivers, axis=1), axis=0)
-    lost = thin[~np.isin(thin @ count, found.pairs @ count)].tolist()
+    lost = thin[~among(thin, found.pairs)].tolist()
     if lost:
         names = [f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost]
         remark(

@@ -183,6 +183,18 @@ class Interfaces(Sequence[Interface]):
         return (self[number] for number in range(len(self)))
 
 
+def among(pairs: IntArray, others: IntArray) -> np.ndarray:
+    """Which pairs of blocks are among others, shape (n,).
+
+    Parameters
+    ----------
+    pairs, others : The lower number first, shapes (n, 2) and (m, 2).
+    """
+    each = np.array([max(pairs.max(initial=0), others.max(initial=0)) + 1, 1])
+    found: np.ndarray = np.isin(pairs @ each, others @ each)
+    return found
+
+
 def numbered(rows: np.ndarray) -> tuple[IntArray, IntArray]:
     """Numbers of rows, equal ones for equal rows, as they first come; and the first row of each number.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.interfaces import Interfaces, numbered
+from masonry_fem.contact.interfaces import Interfaces, among, numbered
 
 
 @pytest.mark.parametrize("width", [1, 3])
@@ -38,6 +38,13 @@ def test_polygons_of_any_number_of_corners_are_kept_one_after_another():
     for k, polygon in enumerate(polygons):
         assert np.array_equal(arrays.corners[arrays.first[k] : arrays.first[k + 1]], polygon)
     assert Interfaces.of([], 2).corners.shape == (0, 2)
+
+
+def test_pairs_among_others():
+    pairs = np.array([[0, 1], [0, 12], [1, 2], [3, 4]])
+    assert among(pairs, np.array([[1, 2], [0, 1], [2, 3]])).tolist() == [True, False, True, False]
+    assert not among(pairs, np.empty((0, 2), dtype=np.int64)).any()
+    assert len(among(np.empty((0, 2), dtype=np.int64), pairs)) == 0
 
 
 def same(one: Interface, other: Interface) -> bool:

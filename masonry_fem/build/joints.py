@@ -52,9 +52,7 @@ def joint_of_interfaces(
     for number in np.flatnonzero(~holds.any(axis=0) & ~interfaces.tie)[:1]:
         raise SceneError(_no_match(stones, interfaces[number]))
     if tell and not interfaces.tie.all():
-        labels = {
-            interfaces.labels[number] for number in np.unique(interfaces.label[~interfaces.tie]).tolist()
-        }
+        labels = set(interfaces.only(~interfaces.tie).label_of_each)
         _tell_idle(scene, np.flatnonzero(~holds.any(axis=1)).tolist(), labels)
     last = np.where(holds, np.arange(len(holds))[:, None], -1).max(axis=0, initial=-1)
     found: list[int] = last.tolist()
@@ -110,9 +108,8 @@ def touching(
     SceneError : No record matches an interface.
     """
     chosen = joint_of_interfaces(scene, stones, interfaces, tell)
-    touches = np.array(
-        [joint.contact != "none" for joint in scene.joints] + [True]
-    )  # the last is that of ties
+    # the last is that of ties, whose record is −1
+    touches = np.array([*(joint.contact != "none" for joint in scene.joints), True])
     kept = np.flatnonzero(touches[np.array(chosen, dtype=np.int64)])
     return interfaces.only(kept), [chosen[k] for k in kept.tolist()]
 

@@ -10,25 +10,22 @@ from masonry_fem.host.ranks import team
 from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.solvers import settling
 
-FEW = 1500
-for module in (newton, settling):
-    module.FACTORED = module.CONTACTS = FEW
-rested, depth, deepest = settling._rested, 0, 0
+newton.FACTORED = settling.FACTORED = settling.CONTACTS = 1500
+rested, within, depths = settling._rested, [], [0]
 
 
 def counted(groups, *given):
-    """The states of parts, and how many parts are within each other."""
-    global depth, deepest  # noqa: PLW0603
-    depth += 1
-    deepest = max(deepest, depth)
+    """The states of parts; how many parts they are within is put down."""
+    within.append(groups)
+    depths.append(len(within))
     try:
         return rested(groups, *given)
     finally:
-        depth -= 1
+        within.pop()
 
 
 settling._rested = counted
 code = main(sys.argv[1:])
-if deepest:
-    print(f"parts within parts: {deepest}, ranks {team().size}", file=sys.stderr)
+if len(depths) > 1:
+    print(f"parts within parts: {max(depths)}, ranks {team().size}", file=sys.stderr)
 sys.exit(code)

@@ -416,9 +416,10 @@ _SMOOTHING = 3.0
 # times as many at errors above the third, where the active set is still sought; twice as many where joints
 # cohere: with fewer, whether such problems are solved depends on the kernel of BLAS
 _PATIENCE, _SLOW, _DIGITS = 5, 0.7, 1e-3
-# Below the first error rounding leads where the best state is so many steps old and v̂ misses so many times
-# more than it did: what is left is for sweeps and the polish. A wall of 64×64 rigid stones that slides ends
-# after 43 steps for 47, and after 45 for 53 with another kernel of BLAS; two make it 7e-7 there for 4e-7
+# Steps are rounding, and end, at errors below the first, where the best state is so many steps old and v̂
+# misses so many times more than it did: sweeps and the polish do the rest. A wall of 64×64 rigid stones that
+# slides ends after 43 steps for 47. If two steps were enough, it would end at an error of 7e-7 for 4e-7 with
+# another kernel of BLAS
 _NEAR, _OLD, _ROUNDED = 1e-6, 4, 100.0
 # Angle between friction and sliding, over √τ, that asks for a step that mends it
 _PARALLEL = 0.03

@@ -436,9 +436,7 @@ class NewtonRun:
         force, balance = residual / line.rho[:, None], here.balance
         step = np.where(line.open[:, None], -here.impulse, 0.0)
         if step.any():
-            moved, turned = problem.elastic_velocity(step), ~line.plain
-            moved[turned] = (line.by_velocity[turned] @ moved[turned, :, None])[:, :, 0]
-            force += moved
+            force += (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
             balance = balance + problem.body_impulse(step)
         change, motion = factor.solve(force, balance)
         return step + change, motion

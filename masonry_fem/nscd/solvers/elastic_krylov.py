@@ -9,8 +9,8 @@ interfaces that lie at one *seam* of stones are solved for together besides. Aro
 interfaces are one: what it flows at one it does at all others. Residuals are measured as errors are, each
 contact by what it gives way: those at such a stone would hide all others.
 
-    interfaces = Undivided(problem, elastic, scale)               # once for a problem
-    solve = interfaces.solver(terms, kept, ...)                   # once for a step
+    undivided = Undivided(problem, elastic, scale)                # once for a problem
+    solve = undivided.solver(terms, kept, ...)                    # once for a step
 
 How many iterations that takes depends on how finely stones are divided, hardly on how many there are.
 

@@ -9,7 +9,7 @@ from masonry_fem.nscd.products import applied, chained
 
 
 @pytest.mark.parametrize("count", [0, 1, 40])
-@pytest.mark.parametrize("rows, columns, width", [(2, 2, 2), (3, 3, 3), (3, 3, 6)])
+@pytest.mark.parametrize(("rows", "columns", "width"), [(2, 2, 2), (3, 3, 3), (3, 3, 6)])
 def test_products_are_those_of_numpy(count, rows, columns, width):
     random = np.random.default_rng(count)
     first, second = random.normal(size=(count, columns, rows)), random.normal(size=(count, columns, width))

@@ -134,6 +134,41 @@ def curnier(
 
 
 @compiled(error_model="numpy")
+def own_derivatives(
+    by_impulse: FloatArray, rho: FloatArray, weight: FloatArray, by_velocity: FloatArray
+) -> FloatArray:
+    """A / ρ + w Bc: the derivative by a contact's own impulse where it also moves by w p, shape (c, d, d).
+
+    Parameters
+    ----------
+    by_impulse, by_velocity : A and Bc, shape (c, d, d). rho, weight : ρ and w, shape (c,).
+    """
+    own = np.empty(by_impulse.shape)
+    for contact in range(len(own)):
+        for i in range(own.shape[1]):
+            for j in range(own.shape[2]):
+                moved = weight[contact] * by_velocity[contact, i, j]
+                own[contact, i, j] = by_impulse[contact, i, j] / rho[contact] + moved
+    return own
+
+
+@compiled
+def held(moved: FloatArray, weight: FloatArray, impulse: FloatArray, centre: FloatArray) -> FloatArray:
+    """V + w (p − p_k), shape (c, d).
+
+    Parameters
+    ----------
+    moved, impulse, centre : v, p and p_k, shape (c, d). weight : w, shape (c,).
+    """
+    velocity = np.empty(moved.shape)
+    for contact in range(len(moved)):
+        for i in range(moved.shape[1]):
+            away = impulse[contact, i] - centre[contact, i]
+            velocity[contact, i] = moved[contact, i] + weight[contact] * away
+    return velocity
+
+
+@compiled(error_model="numpy")
 def spectral_norms(blocks: FloatArray) -> FloatArray:
     """‖block‖₂ of each, from the largest eigenvalue of blockᵀ block: SVDs cost a hundred times as much.
 

@@ -94,10 +94,12 @@ class Part:
         number = np.full(whole.body_count + 1, -1)  # the last is no body
         number[bodies] = np.arange(len(bodies))
         sides = number[whole.bodies[contacts]]
+        maps = np.take(whole.rigid_map, contacts, axis=0)
+        maps[sides < 0] = 0.0
         problem = replace(
             whole.only(contacts),
             bodies=sides,
-            rigid_map=np.where((sides >= 0)[:, :, None, None], whole.rigid_map[contacts], 0.0),
+            rigid_map=maps,
             rigid_mass=whole.rigid_mass[bodies],
             rigid_impulse=whole.rigid_impulse[bodies],
             rigid_velocity=whole.rigid_velocity[bodies],

@@ -238,12 +238,21 @@ class ContactProblem:
 
     def velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
         """V = W_el p + q + B U, shape (c, d) [m/s]."""
-        return self.elastic_velocity(impulse) + self.free_velocity + self.contact_velocity(rigid_velocity)
+        return self._with_rest(self.elastic_velocity(impulse), rigid_velocity)
+
+    def _with_rest(self, velocity: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
+        """The same with q + B U added."""
+        velocity += self.free_velocity
+        if self.body_count:
+            from masonry_fem.nscd.transfer import add_moved  # noqa: PLC0415 - Numba is slow to import
+
+            add_moved(self.bodies, self.rigid_map, np.ascontiguousarray(rigid_velocity), velocity)
+        return velocity
 
     def products(self, impulse: FloatArray, rigid_velocity: FloatArray) -> Products:
         """W_el p, v and Bᵀ p."""
         elastic = self.elastic_velocity(impulse)
-        velocity = elastic + self.free_velocity + self.contact_velocity(rigid_velocity)
+        velocity = self._with_rest(elastic.copy(), rigid_velocity)
         return Products(impulse, rigid_velocity, elastic, velocity, self.body_impulse(impulse))
 
     def contact_part(self, impulse: FloatArray, velocity: FloatArray) -> FloatArray:

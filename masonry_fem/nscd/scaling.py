@@ -30,13 +30,17 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     fold : Where cohesion stiffens a contact, take the folded block (I + w S)⁻¹ w.
     """
     alone = problem.rigid and problem.body_count > 0
-    own = rigid_diagonal(problem) if alone else _deforming(problem)
-    scale = _norm(own) if alone or _modal(problem) else problem.operator.norms()
+    folds = fold and problem.cohesion_stiffness is not None
+    known = not (alone or folds or _modal(problem))  # norms of W_el's own blocks are kept
+    own = None if known else rigid_diagonal(problem) if alone else _deforming(problem)
+    scale = problem.operator.norms() if own is None else _norm(own)
     stiff = scale <= 0
     if not alone and stiff.any() and problem.body_count:
         rigid = rigid_diagonal(problem)[stiff]
-        own[stiff], scale[stiff] = rigid, _norm(rigid)
-    if fold and problem.cohesion_stiffness is not None:
+        scale[stiff] = _norm(rigid)
+        if own is not None:
+            own[stiff] = rigid
+    if folds and own is not None and problem.cohesion_stiffness is not None:
         scale = _norm(folded(own, problem.cohesion_stiffness))
     movable = scale > 0
     scale[~movable] = scale[movable].mean() if movable.any() else 1.0

@@ -47,19 +47,33 @@ def to_contacts(bodies: IntArray, maps: FloatArray, motion: FloatArray) -> Float
     maps : Rigid map B by contact and side, shape (c, 2, d, m).
     motion : U, shape (b, m).
     """
+    velocity = np.zeros((len(maps), maps.shape[2]))
+    add_moved(bodies, maps, motion, velocity)
+    return velocity
+
+
+@compiled
+def add_moved(bodies: IntArray, maps: FloatArray, motion: FloatArray, velocity: FloatArray) -> None:
+    """Add B U of body velocities.
+
+    Parameters
+    ----------
+    bodies, maps, motion : As for ``to_contacts``. velocity : Of contacts; it is added to, shape (c, d).
+    """
     c, _, d, m = maps.shape
-    velocity = np.zeros((c, d))
     for contact in range(c):
-        for side in range(2):
-            body = bodies[contact, side]
-            if body < 0:
-                continue
-            for i in range(d):
+        first, second = bodies[contact]
+        for i in range(d):
+            moved = 0.0
+            if first >= 0:
+                for a in range(m):
+                    moved += maps[contact, 0, i, a] * motion[first, a]
+            if second >= 0:
                 total = 0.0
                 for a in range(m):
-                    total += maps[contact, side, i, a] * motion[body, a]
-                velocity[contact, i] += total
-    return velocity
+                    total += maps[contact, 1, i, a] * motion[second, a]
+                moved += total
+            velocity[contact, i] += moved
 
 
 @compiled

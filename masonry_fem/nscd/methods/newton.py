@@ -424,8 +424,10 @@ class NewtonRun:
     def _factor(self, line: Linearisation) -> NewtonFactor:
         """The factor of a step."""
         self.factors += 1
-        own = line.by_impulse / line.rho[:, None, None]
-        own = own + (self.round.alpha * self.proximal)[:, None, None] * line.by_velocity
+        from masonry_fem.nscd.contact_measures import own_derivatives  # noqa: PLC0415 - Numba is slow to import
+
+        weight = self.round.alpha * self.proximal
+        own = own_derivatives(line.by_impulse, line.rho, weight, line.by_velocity)
         mass = self.problem.rigid_mass + self.round.mass
         return self.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
 
@@ -464,14 +466,16 @@ class NewtonRun:
         bonded: bool = False,
     ) -> _Point:
         """A state as the round sees it; ``moved`` is its v, where that is known."""
+        from masonry_fem.nscd.contact_measures import held  # noqa: PLC0415 - Numba is slow to import
+
         problem, now = self.problem, self.round
         moved = self._velocity(impulse, rigid_velocity) if moved is None else moved
         if self.seen is not None and not bonded:
             where, point = self.seen
             if where is now and point.moved is moved:
                 return point
-        velocity = moved + (now.alpha * self.proximal)[:, None] * (impulse - now.centre)
-        rho = 1.0 / (self.scale + now.alpha * self.proximal)
+        weight = now.alpha * self.proximal
+        velocity, rho = held(moved, weight, impulse, now.centre), 1.0 / (self.scale + weight)
         pressed = problem.contact_part(impulse, velocity)
         line = (
             bonded_contacts(velocity, rho)

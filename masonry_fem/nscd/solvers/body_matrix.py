@@ -38,14 +38,19 @@ class BodyPattern:
 
     def __init__(self, bodies: IntArray, count: int) -> None:
         self.count, self.bodies = count, np.ascontiguousarray(bodies, dtype=np.int64)
-        keys = bodies[:, :, None] * count + bodies[:, None, :]
-        absent = (bodies[:, :, None] < 0) | (bodies[:, None, :] < 0)
+        _, first, pair = np.unique(
+            (self.bodies[:, 0] + 1) * (count + 1) + self.bodies[:, 1], return_index=True, return_inverse=True
+        )
+        joined = self.bodies[first]
+        keys = joined[:, :, None] * count + joined[:, None, :]
+        absent = (joined[:, :, None] < 0) | (joined[:, None, :] < 0)
         own = np.arange(count) * (count + 1)
         pattern, place = np.unique(np.concatenate([own, keys[~absent]]), return_inverse=True)
         self.keys = pattern
         self.diagonal = place[:count].copy()  # not all of them with it
-        self.slots = np.full(keys.shape, -1, dtype=np.int64)
-        self.slots[~absent] = place[count:]
+        slots = np.full(keys.shape, -1, dtype=np.int64)
+        slots[~absent] = place[count:]
+        self.slots = slots[pair]
         rows = pattern // max(count, 1)
         self.indices = pattern - rows * count
         self.pointer = np.searchsorted(rows, np.arange(count + 1))

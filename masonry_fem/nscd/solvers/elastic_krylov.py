@@ -198,10 +198,13 @@ class Values:
     unit: float
 
     @classmethod
-    def at(cls, terms: Terms, contacts: IntArray | slice) -> Self:
-        """Those of some contacts of a problem."""
-        own = terms.own[contacts] / terms.unit
-        return cls(own, terms.by_velocity[contacts], terms.closed[contacts], terms.unit)
+    def at(cls, terms: Terms, contacts: IntArray | None = None) -> Self:
+        """Those of some contacts of a problem; None: of all."""
+        own, by_velocity, closed = terms.own, terms.by_velocity, terms.closed
+        if contacts is not None:
+            own, by_velocity = (np.take(blocks, contacts, axis=0) for blocks in (own, by_velocity))
+            closed = closed[contacts]
+        return cls(own / terms.unit, by_velocity, closed, terms.unit)
 
     def changed(self, before: Values) -> Mask:
         """Contacts that have others than before, shape (c,)."""
@@ -451,7 +454,7 @@ class Preconditioned:
         factorised: Callable[[sparse.bsr_array], Factorised],
     ) -> None:
         self.problem, self.rows, self.scale = problem, rows, scale
-        self.values, self.kept = Values.at(terms, slice(None)), kept
+        self.values, self.kept = Values.at(terms), kept
         rows.take(self.values)
         self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 

@@ -48,7 +48,7 @@ def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
     return Linearisation(
         residual=rho[:, None] * velocity,
         by_impulse=np.zeros((c, d, d)),
-        by_velocity=np.broadcast_to(np.eye(d), (c, d, d)),
+        by_velocity=np.tile(np.eye(d), (c, 1, 1)),
         open=np.zeros(c, dtype=bool),
         plain=np.ones(c, dtype=bool),
         rho=rho,

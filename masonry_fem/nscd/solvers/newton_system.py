@@ -250,7 +250,8 @@ class NewtonFactor:
         rhs = np.concatenate([asked[rows].ravel(), (-system.unit * balance / system.column).ravel()])
         answer = self.answer(rhs)
         contacts, bodies = np.split(answer, [rows.size * force.shape[1]])
-        step[kept] = contacts.reshape(-1, force.shape[1])[np.searchsorted(rows, kept)] / system.unit
+        contacts = contacts.reshape(-1, force.shape[1]) / system.unit
+        step[kept] = contacts if rows is kept else contacts[np.searchsorted(rows, kept)]
         motion = bodies.reshape(balance.shape) / system.column
         if not len(gone):
             return step, motion

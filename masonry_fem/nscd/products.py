@@ -3,8 +3,8 @@
 NumPy hands each block to BLAS: that takes two to five times as long as a loop, and its last bits are those of
 the kernel that BLAS chooses for a processor.
 
-    force = applied(by_velocity, velocity)        # (c, d, d) and (c, d)
-    slope = chained(inverse, by_velocity)       # (c, d, d) and (c, d, d)
+    force = applied(by_velocity, velocity)    # (c, d, d) and (c, d)
+    slope = chained(inverse, by_velocity)     # (c, d, d) and (c, d, d)
 """
 
 from __future__ import annotations

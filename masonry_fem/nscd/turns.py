@@ -29,7 +29,7 @@ from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
 
 # Sweeps before the next turn takes over, and the same of many rigid contacts that may slide: of 48 768 a
-# Newton step costs as much as 80, and what 300 sweeps leave falls by no more than a third in the next 1200.
+# Newton step costs as much as 80, and what 300 sweeps leave falls by a third to a half in the next 1200.
 SWEEPS, SLIDING_SWEEPS = 1_500, 300
 # Rigid contacts from which the interior point is faster than Newton's method from cold.
 MANY = 500

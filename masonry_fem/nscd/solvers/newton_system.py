@@ -22,7 +22,6 @@ from scipy import sparse
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.products import applied, chained
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Undivided, iteration_pays
@@ -104,6 +103,9 @@ class NewtonSystem:
     ) -> NewtonFactor:
         """The factor of one Newton step; it may be used for several right-hand sides.
 
+        Products of blocks are NumPy's: with compiled ones (``products``) the interior point stalls where
+        stiff bars tie rigid stones.
+
         Parameters
         ----------
         own : D, derivative of the contact function by the contact's own impulse, in velocities,
@@ -120,7 +122,7 @@ class NewtonSystem:
         kept = np.flatnonzero(closed & self.elastic)
         gone = np.flatnonzero(closed & ~self.elastic)
         inverse, factors = _inverse(own[gone], own_inverse, root, gone)
-        slope = chained(inverse, by_velocity[gone])
+        slope = inverse @ by_velocity[gone]
         springs = None if stiffness is None else stiffness[gone]
         if springs is not None:
             slope = slope + springs
@@ -131,7 +133,7 @@ class NewtonSystem:
         coupled = self.body_matrix.assemble(-self.unit * slope, gone, -diagonal)
         total, same = by_velocity, plain
         if stiffness is not None:
-            total, same = by_velocity + chained(own, stiffness), plain & ~stiffness.any(axis=(1, 2))
+            total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
         self.structure.factor = None  # two at a time would take twice the memory
         terms = Terms(own, total, same, closed, self.body_matrix, coupled, self.unit)
         parts = (self, kept, gone, factors, by_velocity[gone], own)
@@ -242,7 +244,7 @@ class NewtonFactor:
         step[gone] = -self._inverted(missing)
         if given is not None:
             step[gone] += given[gone]
-            force = force - applied(self.own, given)
+            force = force - (self.own @ given[:, :, None])[:, :, 0]
         if len(gone):
             balance = balance + problem.body_impulse(step)
         asked = np.zeros_like(force)
@@ -257,10 +259,10 @@ class NewtonFactor:
             return step, motion
         moved = problem.contact_velocity(motion)[gone]
         # what D⁻¹ is applied to is small where D⁻¹ is large: first the sum, then the product
-        missing = missing + applied(self.by_velocity, moved)
+        missing = missing + (self.by_velocity @ moved[:, :, None])[:, :, 0]
         step[gone] = -self._inverted(missing)
         if self.stiffness is not None:
-            step[gone] -= applied(self.stiffness, moved)
+            step[gone] -= (self.stiffness @ moved[:, :, None])[:, :, 0]
         if given is not None:
             step[gone] += given[gone]
         return step, motion
@@ -272,7 +274,7 @@ class NewtonFactor:
     def _inverted(self, force: FloatArray) -> FloatArray:
         """D⁻¹ force at contacts without compliance."""
         for part in self.inverse:
-            force = applied(part, force)
+            force = (part @ force[:, :, None])[:, :, 0]
         return force
 
 
@@ -282,6 +284,6 @@ def _inverse(
     """D⁻¹ of some contacts, and the factors to apply it by, first to last."""
     if root is not None:
         first, last = root[gone].transpose(0, 2, 1), root[gone]
-        return chained(last, first), (first, last)
+        return last @ first, (first, last)
     inverse = np.linalg.inv(own) if own_inverse is None else own_inverse[gone]
     return inverse, (inverse,)

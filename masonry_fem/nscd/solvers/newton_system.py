@@ -103,9 +103,6 @@ class NewtonSystem:
     ) -> NewtonFactor:
         """The factor of one Newton step; it may be used for several right-hand sides.
 
-        Products of blocks are NumPy's: with compiled ones (``products``) the interior point stalls where
-        stiff bars tie rigid stones.
-
         Parameters
         ----------
         own : D, derivative of the contact function by the contact's own impulse, in velocities,

@@ -23,7 +23,6 @@ from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.linear import Library, Solve, factorise, factorise_dense, library_for
 from masonry_fem.nscd.mumps import Mumps
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.products import applied, chained
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 
@@ -169,14 +168,14 @@ class ElasticMatrix:
             coupling = problem.operator.matrix().data[self._inside]
             coupling /= terms.unit
             turned = np.flatnonzero(~terms.plain[rows])
-            coupling[turned] = chained(terms.by_velocity[rows[turned]], coupling[turned])
+            coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
             coupling[~(closed[rows] & closed[self._columns])] = 0.0
             coupling[diagonal] += own[rows[diagonal]]
         maps = np.where(closed[contact][:, None, None], terms.body_matrix.maps[contact, self._side], 0.0)
         return [
             coupling,
             own[self._alone],
-            chained(terms.by_velocity[contact], maps),
+            terms.by_velocity[contact] @ maps,
             maps.transpose(0, 2, 1),
             terms.coupled.data,
         ]
@@ -202,7 +201,7 @@ class _Product:
         impulse = np.zeros_like(self.problem.free_velocity)
         impulse[contacts] = np.where(closed, x[:size].reshape(-1, d), 0.0)
         velocity = self.problem.elastic_velocity(impulse)[contacts] / terms.unit
-        turned = applied(terms.by_velocity[contacts], velocity)
+        turned = (terms.by_velocity[contacts] @ velocity[:, :, None])[:, :, 0]
         product: FloatArray = self.rest @ x
         product[:size] += np.where(closed, turned, 0.0).ravel()
         return product

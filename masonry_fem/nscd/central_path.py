@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd.faces import Faces
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.solvers import cones
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
@@ -94,7 +95,7 @@ class CentralPath:
     @property
     def impulse(self) -> FloatArray:
         """The p of the point, within the faces, shape (c, d)."""
-        product: FloatArray = (self.T @ np.where(self.closed[:, None], self.x, 0.0)[:, :, None])[:, :, 0]
+        product: FloatArray = applied(self.T, np.where(self.closed[:, None], self.x, 0.0))
         return product
 
     @property
@@ -161,16 +162,16 @@ class CentralPath:
         )
 
     def _slack(self, gradient: FloatArray) -> FloatArray:
-        slack: FloatArray = (self.T.transpose(0, 2, 1) @ gradient[:, :, None])[:, :, 0]
+        slack: FloatArray = applied(self.T.transpose(0, 2, 1), gradient)
         return slack
 
     def _step(self, gap: float | None) -> bool:
         """One step towards a gap (an absolute one), or a predictor-corrector step to the end."""
         x, z = self.x, self.z
         forth, back = cones.scaling(x, z)
-        bend = back @ back
+        bend = multiplied(back, back)
         missing = z - self._slack(self.gradient(self.impulse))
-        own = bend + self.unit * self.weight[:, None, None] * (self.T.transpose(0, 2, 1) @ self.T)
+        own = bend + self.unit * self.weight[:, None, None] * multiplied(self.T.transpose(0, 2, 1), self.T)
         own_inverse = np.linalg.inv(own)
         factor = self._factor(own_inverse)
         solve = (factor, own_inverse, bend, missing)
@@ -181,11 +182,9 @@ class CentralPath:
             length = min(1.0, self._reach(ahead_x, ahead_z))
             now = (x * z).sum(axis=1)[self.closed].mean()
             left = ((x + length * ahead_x) * (z + length * ahead_z)).sum(axis=1)[self.closed].mean()
-            second = cones.product(
-                (back @ ahead_x[:, :, None])[:, :, 0], (forth @ ahead_z[:, :, None])[:, :, 0]
-            )
-            scaled = (forth @ z[:, :, None])[:, :, 0]
-            second = (forth @ cones.quotient(scaled, second)[:, :, None])[:, :, 0]
+            second = cones.product(applied(back, ahead_x), applied(forth, ahead_z))
+            scaled = applied(forth, z)
+            second = applied(forth, cones.quotient(scaled, second))
             aim = min(max(left / now, 0.0) ** 3, 1.0) * now
             chosen = self._direction(*solve, aim * cones.inverse(z) - x - second)
         change_x, change_z, motion = chosen
@@ -221,7 +220,7 @@ class CentralPath:
 
     def _factor(self, own_inverse: FloatArray) -> NewtonFactor:
         c, d, _ = own_inverse.shape
-        inverse = self.T @ own_inverse @ self.T.transpose(0, 2, 1)
+        inverse = multiplied(multiplied(self.T, own_inverse), self.T.transpose(0, 2, 1))
         own = np.tile(np.eye(d), (c, 1, 1))
         if not self.problem.rigid:
             # across a ray nothing may move
@@ -244,12 +243,12 @@ class CentralPath:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Changes of x, z and the bodies' multipliers with dx + H⁻¹ dz = target."""
         problem = self.problem
-        wanted = (own_inverse @ (missing + (bend @ target[:, :, None])[:, :, 0])[:, :, None])[:, :, 0]
-        given = (self.T @ wanted[:, :, None])[:, :, 0]
+        wanted = applied(own_inverse, missing + applied(bend, target))
+        given = applied(self.T, wanted)
         balance = problem.body_impulse(self.impulse) - self.given
         change, motion = factor.solve(np.zeros_like(given), balance, given)
-        change_x = (self.inverse @ change[:, :, None])[:, :, 0]
-        change = (self.T @ change_x[:, :, None])[:, :, 0]
+        change_x = applied(self.inverse, change)
+        change = applied(self.T, change_x)
         moved = self.unit * self.weight[:, None] * change + problem.contact_velocity(motion)
         change_z = self._slack(moved + problem.elastic_velocity(change)) - missing
         closed = self.closed[:, None]

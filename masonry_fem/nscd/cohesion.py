@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.graphs import project_cone
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import multiplied
 from masonry_fem.nscd.settings import Start
 
 FloatArray = NDArray[np.float64]
@@ -74,7 +75,7 @@ def sprung_directions(problem: ContactProblem) -> FloatArray | None:
         return None
     left, size, _ = np.linalg.svd(problem.cohesion_stiffness)
     left = left * (size > SLACK * size[:, :1])[:, None, :]
-    projector: FloatArray = left @ left.transpose(0, 2, 1)
+    projector: FloatArray = multiplied(left, left.transpose(0, 2, 1))
     return projector
 
 

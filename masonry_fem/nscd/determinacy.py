@@ -24,6 +24,7 @@ from masonry_fem.nscd.central_path import INSIDE, CentralPath
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.polish import polished
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.residuals import Quality, assess
 from masonry_fem.nscd.solution_set import SolutionSet, solution_set
 from masonry_fem.nscd.threads import one_thread
@@ -224,7 +225,7 @@ def _wrench(problem: ContactProblem) -> FloatArray:
 
 
 def _apply(rows: FloatArray, impulse: FloatArray) -> FloatArray:
-    shares: FloatArray = (rows @ impulse[:, :, None])[:, :, 0]
+    shares: FloatArray = applied(rows, impulse)
     return shares
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
+from masonry_fem.nscd.products import applied
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -111,7 +112,7 @@ class Faces:
         """Nearest points of the faces, shape (c, d), and a generalised Jacobian, (c, d, d)."""
         d = vector.shape[1]
         slope = self.spans()
-        nearest = (slope @ vector[:, :, None])[:, :, 0]
+        nearest = applied(slope, vector)
         behind = (self.kind == RAY) & (nearest[:, 0] < 0)
         nearest[behind], slope[behind] = 0.0, 0.0
         cone = self.kind == CONE

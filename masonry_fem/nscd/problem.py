@@ -26,6 +26,7 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.compliance import Operator, Shared, only, operator
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -259,7 +260,7 @@ class ContactProblem:
         if self.cohesion_offset is not None:
             impulse = impulse + self.cohesion_offset
         if self.cohesion_stiffness is not None:
-            impulse = impulse + (self.cohesion_stiffness @ velocity[:, :, None])[:, :, 0]
+            impulse = impulse + applied(self.cohesion_stiffness, velocity)
         return impulse
 
     def free_rigid_velocity(self) -> FloatArray:

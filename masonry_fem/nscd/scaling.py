@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import multiplied
 
 FloatArray = NDArray[np.float64]
 
@@ -115,7 +116,7 @@ def free_speed(problem: ContactProblem) -> float:
 
 def folded(own: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Blocks (I + w S)⁻¹ w by which a cohesive contact's velocity follows p̃, shape (c, d, d) [1/kg]."""
-    block: FloatArray = np.linalg.solve(np.eye(own.shape[1]) + own @ stiffness, own)
+    block: FloatArray = np.linalg.solve(np.eye(own.shape[1]) + multiplied(own, stiffness), own)
     return block
 
 

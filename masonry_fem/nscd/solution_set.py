@@ -25,6 +25,7 @@ from masonry_fem.nscd.cohesion import frozen
 from masonry_fem.nscd.faces import Faces
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.scaling import contact_scale, free_speed
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 from masonry_fem.nscd.threads import one_thread
@@ -116,7 +117,7 @@ class SolutionSet:
             for k in range(count):
                 for _ in range(PASSES):
                     step, _ = factor.solve(problem.elastic_velocity(drawn[k]), problem.body_impulse(drawn[k]))
-                    drawn[k] += (spans @ step[:, :, None])[:, :, 0]
+                    drawn[k] += applied(spans, step)
         return drawn
 
 

@@ -1,4 +1,4 @@
-"""Transfer: the compiled products with the rigid map B and between axes, contact after contact.
+"""Transfer: the compiled products with blocks, with the rigid map B and between axes, contact after contact.
 
 A solver makes several of each every step, and the blocks are too small for BLAS.
 """
@@ -14,6 +14,27 @@ from masonry_fem.host.compiled import compiled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+@compiled
+def block_products(first: FloatArray, second: FloatArray) -> FloatArray:
+    """What ``products.multiplied`` explains, shape (n, r, t).
+
+    Parameters
+    ----------
+    first : Shape (n, r, s). second : Shape (n, s, t).
+    """
+    n, r, s = first.shape
+    t = second.shape[2]
+    product = np.empty((n, r, t))
+    for number in range(n):
+        for i in range(r):
+            for j in range(t):
+                total = 0.0
+                for k in range(s):
+                    total += first[number, i, k] * second[number, k, j]
+                product[number, i, j] = total
+    return product
 
 
 @compiled

@@ -40,6 +40,7 @@ from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import contact_scale, free_speed
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -289,12 +290,12 @@ class InteriorPointRun:
             length = min(1.0, cones.longest_step(x, ahead_x), cones.longest_step(z, ahead_z))
             left = float(((x + length * ahead_x) * (z + length * ahead_z)).sum(axis=1).mean())
             centring = min(max(left / tau, 0.0) ** 3, 1.0)
-            scaled = (forth @ z[:, :, None])[:, :, 0]
-            second = cones.product(
-                (back @ ahead_x[:, :, None])[:, :, 0], (forth @ ahead_z[:, :, None])[:, :, 0]
-            )
+            scaled = applied(forth, z)
+            second = cones.product(applied(back, ahead_x), applied(forth, ahead_z))
             second = cones.quotient(scaled, second)
-            second, second_z = (forth @ second[:, :, None])[:, :, 0], (back @ second[:, :, None])[:, :, 0]
+            second, second_z = applied(forth, second), applied(back, second)
+        rounding = np.finfo(float).eps * float((np.abs(x) * np.abs(z)).sum(axis=1).mean())
+        centring = max(centring, _ROUNDINGS * rounding / tau)
         target = centring * tau * cones.inverse(z) - x - second
         target_z = centring * tau * cones.inverse(x) - z - second_z
         change_x, change_z, change, motion = self._solve(factor, back, missing, target, target_z)
@@ -334,7 +335,7 @@ class InteriorPointRun:
         own = np.zeros_like(forth)
         kept = self.system.elastic  # others need R only
         outer = self.shape[kept][:, :, None] * self.shape[kept][:, None, :]
-        own[kept] = (back[kept] @ back[kept]) * outer
+        own[kept] = multiplied(back[kept], back[kept]) * outer
         return self.system.factor(
             own,
             augment,
@@ -370,7 +371,7 @@ class InteriorPointRun:
             change, motion = change + more, motion + further
         velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
         # not from the scaling: on the cones' edges it would blow up the rounding of dx
-        change_z = ((missing.augment @ velocity[:, :, None])[:, :, 0] - missing.velocity) / self.shape
+        change_z = (applied(missing.augment, velocity) - missing.velocity) / self.shape
         pressed = change
         if missing.pressed is not None:
             pressed = change + self._springs(velocity) + missing.pressed
@@ -392,9 +393,9 @@ class InteriorPointRun:
         for one step of iterative refinement to bring the digits back.
         """
         velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
-        scaled = (self.shape * (change + self._springs(velocity) - given))[:, :, None]
-        resisting = self.shape * (back @ (back @ scaled))[:, :, 0]
-        left = force + resisting + (missing.augment @ velocity[:, :, None])[:, :, 0]
+        scaled = self.shape * (change + self._springs(velocity) - given)
+        resisting = self.shape * applied(back, applied(back, scaled))
+        left = force + resisting + applied(missing.augment, velocity)
         left[~self.system.elastic] = 0.0
         balance = missing.balance + self.problem.body_impulse(change) - self.problem.rigid_mass * motion
         return left, balance
@@ -424,6 +425,9 @@ _PATIENCE, _SLOW, _DIGITS = 5, 0.7, 1e-3
 # slides ends after 43 steps for 47. If two steps were enough, it would end at an error of 7e-7 for 4e-7 with
 # another kernel of BLAS
 _NEAR, _OLD, _ROUNDED = 1e-6, 4, 100.0
+# Least τ that is aimed at, over the rounding of x · z. Without it the kernel of BLAS decides whether single
+# contacts that slide are solved to 1e-12; with any factor from 4 to 256 sixteen of them are
+_ROUNDINGS = 16
 # Angle between friction and sliding, over √τ, that asks for a step that mends it
 _PARALLEL = 0.03
 # Share of the way to the boundary while the friction term is left out

@@ -34,6 +34,7 @@ from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem, Products
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.residuals import Quality, rounding
 from masonry_fem.nscd.scaling import (
     SLENDER,
@@ -312,7 +313,7 @@ class NewtonRun:
         problem = self.problem
         pressed = problem.contact_part(here.impulse, velocity)
         line = linearise(pressed, velocity, problem.friction, here.line.rho, problem.cohesion_stiffness)
-        change = (line.by_velocity @ (here.velocity - velocity)[:, :, None])[:, :, 0]
+        change = applied(line.by_velocity, here.velocity - velocity)
         line = replace(line, residual=line.residual + line.rho[:, None] * change)
         return replace(here, line=line, pressed=pressed)
 
@@ -438,7 +439,7 @@ class NewtonRun:
         force, balance = residual / line.rho[:, None], here.balance
         step = np.where(line.open[:, None], -here.impulse, 0.0)
         if step.any():
-            force += (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
+            force += applied(line.by_velocity, problem.elastic_velocity(step))
             balance = balance + problem.body_impulse(step)
         change, motion = factor.solve(force, balance)
         return step + change, motion

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
@@ -127,7 +128,7 @@ class _Chord:
         pressed = problem.contact_part(impulse, velocity)
         residual = linearise(pressed, velocity, problem.friction, rho).residual
         step = np.where(closed[:, None], 0.0, -residual)
-        shift = (self.terms.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
+        shift = applied(self.terms.by_velocity, problem.elastic_velocity(step))
         balance = problem.body_impulse(impulse + step) + problem.rigid_impulse
         balance -= problem.rigid_mass * (motion - problem.rigid_velocity)
         change, moved = self.factor.solve(residual / rho[:, None] + shift, balance)

@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.scaling import contact_scale, newton_scale
 from masonry_fem.nscd.solvers.kinks import Walk
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
@@ -191,7 +192,7 @@ class Drag:
         """Newton's change (dp, dU)."""
         problem = self.problem
         step = np.where(line.open[:, None], -impulse, 0.0)
-        shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
+        shift = applied(line.by_velocity, problem.elastic_velocity(step))
         own = line.by_impulse / line.rho[:, None, None]
         own = own + self.own[:, None, None] * line.by_velocity
         self.solves += 1

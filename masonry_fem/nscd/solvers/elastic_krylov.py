@@ -38,6 +38,7 @@ from masonry_fem.nscd.compliance import Operator, Shared
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_kernel import add_solutions, coupled, rows_product, take_followed
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
@@ -326,7 +327,8 @@ class Rows:
         for side in range(2):
             whole[row, column, :, slots[:, :, side]] = given[:, :, side]
         maps = whole.reshape(n, k, d, count * m)
-        pushed = (values.by_velocity[group] @ maps).reshape(n, k * d, count * m)
+        of_each = values.by_velocity[group].reshape(n * k, d, d), maps.reshape(n * k, d, count * m)
+        pushed = multiplied(*of_each).reshape(n, k * d, count * m)
         followed = inverse @ pushed
         left = maps.reshape(n, k * d, count * m).transpose(0, 2, 1) @ followed
         solved.inverse[chosen], solved.followed[chosen] = inverse, followed

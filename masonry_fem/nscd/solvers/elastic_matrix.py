@@ -23,6 +23,7 @@ from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.linear import Library, Solve, factorise, factorise_dense, library_for
 from masonry_fem.nscd.mumps import Mumps
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 
@@ -168,14 +169,14 @@ class ElasticMatrix:
             coupling = problem.operator.matrix().data[self._inside]
             coupling /= terms.unit
             turned = np.flatnonzero(~terms.plain[rows])
-            coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
+            coupling[turned] = multiplied(terms.by_velocity[rows[turned]], coupling[turned])
             coupling[~(closed[rows] & closed[self._columns])] = 0.0
             coupling[diagonal] += own[rows[diagonal]]
         maps = np.where(closed[contact][:, None, None], terms.body_matrix.maps[contact, self._side], 0.0)
         return [
             coupling,
             own[self._alone],
-            terms.by_velocity[contact] @ maps,
+            multiplied(terms.by_velocity[contact], maps),
             maps.transpose(0, 2, 1),
             terms.coupled.data,
         ]
@@ -201,7 +202,7 @@ class _Product:
         impulse = np.zeros_like(self.problem.free_velocity)
         impulse[contacts] = np.where(closed, x[:size].reshape(-1, d), 0.0)
         velocity = self.problem.elastic_velocity(impulse)[contacts] / terms.unit
-        turned = (terms.by_velocity[contacts] @ velocity[:, :, None])[:, :, 0]
+        turned = applied(terms.by_velocity[contacts], velocity)
         product: FloatArray = self.rest @ x
         product[:size] += np.where(closed, turned, 0.0).ravel()
         return product

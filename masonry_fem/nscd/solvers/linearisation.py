@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
+from masonry_fem.nscd.products import multiplied
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -103,7 +104,7 @@ def linearise(
     given = (np.ascontiguousarray(part) for part in (pressed, velocity, friction, rho, over))
     residual, by_impulse, by_velocity, is_open, plain = curnier(*given)
     if stiffness is not None:
-        by_velocity = (by_velocity + by_impulse @ stiffness) / rho[:, None, None]
+        by_velocity = (by_velocity + multiplied(by_impulse, stiffness)) / rho[:, None, None]
         is_open &= ~stiffness.any(axis=(1, 2))
     return Linearisation(residual, by_impulse, by_velocity, is_open, plain, rho)
 
@@ -160,7 +161,7 @@ def slipping(
     residual[chosen], by_impulse[chosen] = pressed[chosen] - projected, identity - slope
     by_velocity[chosen] = slope
     if stiffness is not None:
-        by_velocity[chosen] += (identity - slope) @ stiffness[chosen] / line.rho[chosen, None, None]
+        by_velocity[chosen] += multiplied(identity - slope, stiffness[chosen]) / line.rho[chosen, None, None]
     return replace(
         line,
         residual=residual,

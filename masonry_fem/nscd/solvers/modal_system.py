@@ -16,6 +16,7 @@ from scipy import sparse
 from masonry_fem.nscd.linear import Library, Solve, factorise
 from masonry_fem.nscd.mumps import Mumps, petsc
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import multiplied
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
@@ -48,11 +49,11 @@ class ModalSystem(NewtonSystem):
         stiffness: FloatArray | None = None,
     ) -> NewtonFactor:
         gone = np.flatnonzero(closed)
-        total = by_velocity if stiffness is None else by_velocity + own @ stiffness
+        total = by_velocity if stiffness is None else by_velocity + multiplied(own, stiffness)
         slope_of = total[gone]
-        inverse = np.linalg.inv(own[gone] + slope_of @ self._bed[gone])
+        inverse = np.linalg.inv(own[gone] + multiplied(slope_of, self._bed[gone]))
         diagonal = self.unit * mass / self.column**2
-        slope = self.unit * (inverse @ slope_of)
+        slope = self.unit * multiplied(inverse, slope_of)
         return NewtonFactor(
             self, gone[:0], gone, (inverse,), slope_of, own, self._solver(slope, gone, diagonal)
         )

@@ -22,6 +22,7 @@ from scipy import sparse
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Undivided, iteration_pays
@@ -119,7 +120,7 @@ class NewtonSystem:
         kept = np.flatnonzero(closed & self.elastic)
         gone = np.flatnonzero(closed & ~self.elastic)
         inverse, factors = _inverse(own[gone], own_inverse, root, gone)
-        slope = inverse @ by_velocity[gone]
+        slope = multiplied(inverse, by_velocity[gone])
         springs = None if stiffness is None else stiffness[gone]
         if springs is not None:
             slope = slope + springs
@@ -130,7 +131,7 @@ class NewtonSystem:
         coupled = self.body_matrix.assemble(-self.unit * slope, gone, -diagonal)
         total, same = by_velocity, plain
         if stiffness is not None:
-            total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
+            total, same = by_velocity + multiplied(own, stiffness), plain & ~stiffness.any(axis=(1, 2))
         self.structure.factor = None  # two at a time would take twice the memory
         terms = Terms(own, total, same, closed, self.body_matrix, coupled, self.unit)
         parts = (self, kept, gone, factors, by_velocity[gone], own)
@@ -241,7 +242,7 @@ class NewtonFactor:
         step[gone] = -self._inverted(missing)
         if given is not None:
             step[gone] += given[gone]
-            force = force - (self.own @ given[:, :, None])[:, :, 0]
+            force = force - applied(self.own, given)
         if len(gone):
             balance = balance + problem.body_impulse(step)
         asked = np.zeros_like(force)
@@ -256,10 +257,10 @@ class NewtonFactor:
             return step, motion
         moved = problem.contact_velocity(motion)[gone]
         # what D⁻¹ is applied to is small where D⁻¹ is large: first the sum, then the product
-        missing = missing + (self.by_velocity @ moved[:, :, None])[:, :, 0]
+        missing = missing + applied(self.by_velocity, moved)
         step[gone] = -self._inverted(missing)
         if self.stiffness is not None:
-            step[gone] -= (self.stiffness @ moved[:, :, None])[:, :, 0]
+            step[gone] -= applied(self.stiffness, moved)
         if given is not None:
             step[gone] += given[gone]
         return step, motion
@@ -271,7 +272,7 @@ class NewtonFactor:
     def _inverted(self, force: FloatArray) -> FloatArray:
         """D⁻¹ force at contacts without compliance."""
         for part in self.inverse:
-            force = (part @ force[:, :, None])[:, :, 0]
+            force = applied(part, force)
         return force
 
 
@@ -281,6 +282,6 @@ def _inverse(
     """D⁻¹ of some contacts, and the factors to apply it by, first to last."""
     if root is not None:
         first, last = root[gone].transpose(0, 2, 1), root[gone]
-        return last @ first, (first, last)
+        return multiplied(last, first), (first, last)
     inverse = np.linalg.inv(own) if own_inverse is None else own_inverse[gone]
     return inverse, (inverse,)

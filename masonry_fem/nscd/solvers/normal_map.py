@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.solvers.linearisation import linearise
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
@@ -108,7 +109,7 @@ class Piece:
     def change(self, missing: FloatArray) -> FloatArray:
         """The dx of dR = −missing, shape (c, 2)."""
         equation = self.equation
-        force = (self._line.by_velocity @ missing[:, :, None])[:, :, 0]
+        force = applied(self._line.by_velocity, missing)
         impulse, motion = self.factor.solve(force, np.zeros_like(equation.problem.rigid_mass))
         return impulse - equation.rho[:, None] * (missing + self._moved(impulse, motion))
 
@@ -118,7 +119,7 @@ class Piece:
         step, force = np.zeros_like(self.x), np.zeros_like(self.x)
         if self._line.open[contact]:
             step[contact] = push
-            force = (self._line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
+            force = applied(self._line.by_velocity, problem.elastic_velocity(step))
         else:
             force[contact] = -push / equation.rho[contact]
         impulse, motion = self.factor.solve(force, problem.body_impulse(step))

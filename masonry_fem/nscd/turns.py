@@ -28,8 +28,9 @@ from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
 
-# Sweeps before the next turn takes over. One Newton step costs as much as 500 to 1000 sweeps.
-SWEEPS = 1_500
+# Sweeps before the next turn takes over, and the same of many rigid contacts that may slide: of 48 768 a
+# Newton step costs as much as 80, and what 300 sweeps leave falls by a third to a half in the next 1200.
+SWEEPS, SLIDING_SWEEPS = 1_500, 300
 # Rigid contacts from which the interior point is faster than Newton's method from cold.
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
@@ -55,8 +56,8 @@ NEAR = 1e-8
 # Error of an interior point's state that leads Newton's method on: the last steps to it are few, and from
 # 1e-3 a wall with one loaded brick takes forty without an end.
 LEADING = 1e-5
-# Newton steps that polish: what takes more seldom ends.
-POLISH = 25
+# Newton steps that polish: what takes more seldom ends. Many rigid contacts that slide take 10 to 25.
+POLISH, SLIDING_POLISH = 25, 60
 
 
 class Case:
@@ -85,6 +86,11 @@ class Case:
     def many(self) -> bool:
         """True for as many elastic contacts as iterations are worth a try for; other turns take longer."""
         return self.elastic and iteration_pays(self.problem)
+
+    @property
+    def sliding(self) -> bool:
+        """True for many rigid contacts of bodies that move, which may all be at the edges of their cones."""
+        return self.rigid and not self.few and not self.static
 
     @property
     def large(self) -> bool:
@@ -226,7 +232,15 @@ def _interior_point(case: Case) -> Method:
 def _sweeps(case: Case) -> Method:
     from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
-    return GaussSeidel(iterations=SWEEPS)
+    return GaussSeidel(iterations=SLIDING_SWEEPS if case.sliding else SWEEPS)
+
+
+def _polish(case: Case) -> Method:
+    """Newton's method next to the solution; many rigid blocks that slide take the patient one.
+
+    With a fixed path of α their statuses go round: 64×64 of them take 25 steps for nothing.
+    """
+    return _patient_newton(case) if case.sliding else _newton(case)
 
 
 def _path(case: Case) -> Method:
@@ -282,7 +296,13 @@ TURNS = (
     ),
     # where the interior point meets a fold of its path the error is local: sweeps get across
     Turn("sweeps", lambda at: (at.rigid or at.plain) and not at.static, _in_plane(_sweeps), origin="best"),
-    Turn("polish", lambda at: at.open, _in_plane(_newton), POLISH, "best"),
+    Turn(
+        "polish",
+        lambda at: at.open,
+        _in_plane(_polish),
+        lambda at: SLIDING_POLISH if at.sliding else POLISH,
+        "best",
+    ),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     Turn(
         "newton from held impulses",

@@ -35,6 +35,14 @@ def test_small_walls_that_slide_reach_the_default_tolerance(horizontal):
     assert assess(problem, solution.impulse, solution.rigid_velocity).error <= 1e-10
 
 
+def test_many_sliding_contacts_are_polished_patiently():
+    """Sweeps bring them on slowly, and Newton's method with a fixed path of its weight goes round."""
+    problem = walls.rigid_wall(16, 16, friction=0.4, horizontal=0.5)
+    solution = solve(problem, SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    assert solution.iterations <= 500  # 1525 with up to 1500 sweeps
+
+
 def test_a_wall_that_tips_and_slides():
     problem = walls.rigid_wall(10, 8, friction=0.6, horizontal=0.6)
     solution = solve(problem, SolverSettings(tolerance=1e-8))

@@ -6,11 +6,20 @@ is done once for each distinct shape.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import overload
 
-from masonry_fem.solid.mesh import Mesh
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
-from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.pose import FloatArray, Pose
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +67,123 @@ class Block:
     support: bool = False
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Blocks(Sequence[Block]):
+    """b blocks as arrays; one by one they are objects, made as they are looked at.
+
+    Attributes
+    ----------
+    names : Of all blocks.
+    shape : Index into ``Assembly.shapes``, shape (b,).
+    rotation, translation : Their poses, shape (b, d, d) and (b, d) [m].
+    grouping : Number of each block's groups in ``groupings``, shape (b,).
+    groupings : Groups that blocks have, and maybe some that none of them has.
+    support : True for supports, shape (b,).
+    """
+
+    names: tuple[str, ...]
+    shape: IntArray
+    rotation: FloatArray
+    translation: FloatArray
+    grouping: IntArray
+    groupings: tuple[tuple[str, ...], ...]
+    support: Mask
+
+    @classmethod
+    def of(cls, blocks: Iterable[Block], dimension: int) -> Blocks:
+        """The arrays of some blocks.
+
+        Parameters
+        ----------
+        blocks : One by one, or arrays already.
+        dimension : d.
+
+        Raises
+        ------
+        GeometryError : A pose has another dimension.
+        """
+        if isinstance(blocks, Blocks):
+            return blocks
+        stones = list(blocks)
+        for stone in stones:
+            if stone.pose.translation.shape != (dimension,):
+                raise GeometryError(
+                    f"block '{stone.name}' has the place {stone.pose.translation.tolist()}, expected "
+                    f"{dimension} coordinates; correct its pose"
+                )
+        groupings = {groups: number for number, groups in enumerate(dict.fromkeys(s.groups for s in stones))}
+        return cls(
+            names=tuple(stone.name for stone in stones),
+            shape=np.array([stone.shape for stone in stones], dtype=np.int64),
+            rotation=np.array([s.pose.rotation for s in stones], float).reshape(-1, dimension, dimension),
+            translation=np.array([s.pose.translation for s in stones], float).reshape(-1, dimension),
+            grouping=np.array([groupings[stone.groups] for stone in stones], dtype=np.int64),
+            groupings=tuple(groupings),
+            support=np.array([stone.support for stone in stones], dtype=bool),
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Blocks]) -> Blocks:
+        """All blocks of some parts, one part after another.
+
+        Parameters
+        ----------
+        parts : At least one.
+        """
+        groupings = list(dict.fromkeys(groups for part in parts for groups in part.groupings))
+        number = {groups: at for at, groups in enumerate(groupings)}
+        renumbered = [np.array([number[one] for one in part.groupings], dtype=np.int64) for part in parts]
+        return cls(
+            names=tuple(chain.from_iterable(part.names for part in parts)),
+            shape=np.concatenate([part.shape for part in parts]),
+            rotation=np.concatenate([part.rotation for part in parts]),
+            translation=np.concatenate([part.translation for part in parts]),
+            grouping=np.concatenate([own[part.grouping] for own, part in zip(renumbered, parts, strict=True)]),
+            groupings=tuple(groupings),
+            support=np.concatenate([part.support for part in parts]),
+        )
+
+    def only(self, chosen: IntArray | Mask) -> Blocks:
+        """Some of the blocks.
+
+        Parameters
+        ----------
+        chosen : Their numbers, shape (k,), or a mask, shape (b,).
+        """
+        numbers = np.arange(len(self))[chosen]
+        return replace(
+            self,
+            names=named_of(self.names, numbers),
+            shape=self.shape[numbers],
+            rotation=self.rotation[numbers],
+            translation=self.translation[numbers],
+            grouping=self.grouping[numbers],
+            support=self.support[numbers],
+        )
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @overload
+    def __getitem__(self, number: int) -> Block: ...
+    @overload
+    def __getitem__(self, number: slice) -> Blocks: ...
+    def __getitem__(self, number: int | slice) -> Block | Blocks:
+        if isinstance(number, slice):
+            return self.only(np.arange(len(self))[number])
+        pose = Pose(self.rotation[number], self.translation[number])
+        groups = self.groupings[self.grouping[number]]
+        return Block(self.names[number], int(self.shape[number]), pose, groups, bool(self.support[number]))
+
+    def __iter__(self) -> Iterator[Block]:
+        return map(self.__getitem__, range(len(self)))
+
+
+def named_of(names: Sequence[str], numbers: IntArray) -> tuple[str, ...]:
+    """Names by number, shape (k,)."""
+    return tuple(map(names.__getitem__, numbers.tolist()))
+
+
 @dataclass(frozen=True, slots=True)
 class Assembly:
     """All blocks of a structure or of a scene.
@@ -66,14 +192,22 @@ class Assembly:
     ----------
     dimension : 2 or 3.
     shapes : Distinct shapes.
-    blocks : Blocks; the place in this tuple is the number of a block everywhere in the program.
+    blocks : Blocks; the place in this sequence is the number of a block everywhere in the program.
     """
 
     dimension: int
     shapes: tuple[Shape, ...]
-    blocks: tuple[Block, ...]
+    blocks: Blocks
+
+    def __init__(self, dimension: int, shapes: Sequence[Shape], blocks: Iterable[Block]) -> None:
+        """Blocks one by one, or their arrays."""
+        object.__setattr__(self, "dimension", dimension)
+        object.__setattr__(self, "shapes", tuple(shapes))
+        object.__setattr__(self, "blocks", Blocks.of(blocks, dimension))
 
     def solid(self, block: int) -> Polytope:
         """The solid of one block in world coordinates."""
-        stone = self.blocks[block]
-        return self.shapes[stone.shape].solid.moved(stone.pose)
+        blocks = self.blocks
+        return self.shapes[blocks.shape[block]].solid.moved(
+            Pose(blocks.rotation[block], blocks.translation[block])
+        )

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ import numpy as np
 from masonry_fem.errors import ExtensionError, GeometryError, SceneError
 from masonry_fem.records import discovery
 from masonry_fem.records.structure import MeshSettings, Reading, Structure
-from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.assembly import Assembly, Blocks, Shape
 
 __all__ = ["Kind", "assemble", "build_structure", "build_structures", "kind", "kinds", "names", "record"]
 
@@ -92,12 +92,12 @@ def _fault(made: Any, dimension: int) -> str:
     for shape in made.shapes:
         if shape.solid.dimension != dimension:
             return f"the {shape.solid.dimension}D shape '{shape.name}', expected one in {dimension}D"
-    for block in made.blocks:
-        if not 0 <= block.shape < len(made.shapes):
-            return f"block '{block.name}' the shape {block.shape}, expected 0 to {len(made.shapes) - 1}"
-        if block.pose.translation.shape != (dimension,):
-            place = block.pose.translation
-            return f"block '{block.name}' the place {place.tolist()}, expected {dimension} coordinates"
+    blocks = made.blocks
+    for block in np.flatnonzero((blocks.shape < 0) | (blocks.shape >= len(made.shapes))).tolist():
+        expected = f"expected 0 to {len(made.shapes) - 1}"
+        return f"block '{blocks.names[block]}' the shape {blocks.shape[block]}, {expected}"
+    if made.dimension != dimension:
+        return f"an Assembly in {made.dimension}D, expected one in {dimension}D"
     return ""
 
 
@@ -146,21 +146,19 @@ def assemble(parts: Sequence[Assembly]) -> Assembly:
     GeometryError : There is no block.
     """
     shapes: list[Shape] = []
-    blocks: list[Block] = []
+    laid: list[Blocks] = []
     for part in parts:
-        numbers = [_number(shapes, shape) for shape in part.shapes]
-        blocks += [
-            Block(stone.name, numbers[stone.shape], stone.pose, stone.groups, stone.support)
-            for stone in part.blocks
-        ]
-    repeated = [name for name, count in Counter(stone.name for stone in blocks).items() if count > 1]
-    if repeated:
-        raise SceneError(
-            f"structures: two blocks are called '{repeated[0]}', expected different names; rename a structure"
-        )
-    if not blocks:
+        numbers = np.array([_number(shapes, shape) for shape in part.shapes], dtype=np.int64)
+        laid.append(replace(part.blocks, shape=numbers[part.blocks.shape]))
+    if not any(map(len, laid)):
         raise GeometryError("structures: there is no block at all; add a structure")
-    return Assembly(parts[0].dimension, tuple(shapes), tuple(blocks))
+    blocks = Blocks.joined(laid)
+    if len(set(blocks.names)) < len(blocks):
+        repeated, _ = Counter(blocks.names).most_common(1)[0]
+        raise SceneError(
+            f"structures: two blocks are called '{repeated}', expected different names; rename a structure"
+        )
+    return Assembly(parts[0].dimension, shapes, blocks)
 
 
 def _number(shapes: list[Shape], shape: Shape) -> int:

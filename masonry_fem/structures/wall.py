@@ -13,10 +13,11 @@ from msgspec import Meta
 from masonry_fem.records.opening import Opening
 from masonry_fem.records.record import Count, Degrees, Point, Sizes
 from masonry_fem.records.structure import Foreseen, Structure
-from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.assembly import Assembly, Block, Blocks, Shape
+from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
-from masonry_fem.structures.parts.bond import Bond, Piece, rows_of
+from masonry_fem.structures.parts.bond import Bond, Piece, period_of, rows_of
 from masonry_fem.structures.parts.ground import ground
 from masonry_fem.structures.parts.opening import ROUNDING, SLIVER, Span, fitted, solid_stretches
 
@@ -242,21 +243,21 @@ def build(spec: WallStructure, dimension: int) -> Assembly:
     # nearly every wall has these two shapes; the others are numbered in order of appearance
     stones.number_of(stones.size(spec.brick[0]), name="brick")
     stones.number_of(stones.size(spec.brick[0] / 2), name="half")
-    blocks = []
+    parts = []
     if spec.ground:
         high = origin + stones.size(spec.length, spec.wythes)
         slab, block = ground(spec.name, len(stones.shapes), origin, high, float(spec.brick[-1]))
         stones.shapes.append(slab)
-        blocks.append(block)
-    for course in range(1, spec.courses + 1):
-        blocks += _course(spec, course, stones, origin)
-    blocks += _lintels(spec, stones, origin)
+        parts.append(Blocks.of([block], dimension))
+    parts += _courses(spec, stones, origin)
+    parts.append(Blocks.of(_lintels(spec, stones, origin), dimension))
+    blocks = Blocks.joined(parts)
     if spec.rotation:
         blocks = _turned(blocks, spec.rotation, origin)
-    return Assembly(dimension, tuple(stones.shapes), tuple(blocks))
+    return Assembly(dimension, stones.shapes, blocks)
 
 
-def _turned(blocks: list[Block], angle: float, origin: FloatArray) -> list[Block]:
+def _turned(blocks: Blocks, angle: float, origin: FloatArray) -> Blocks:
     """Blocks turned about the vertical through the wall's corner by ``angle`` [deg]."""
     # quarter turns and the rest apart, so that quarter turns are exact and walls at right angles share planes
     quarters, rest = divmod(angle, 90.0)
@@ -264,10 +265,8 @@ def _turned(blocks: list[Block], angle: float, origin: FloatArray) -> list[Block
     if rest:
         cosine, sine = np.cos(np.radians(rest)), np.sin(np.radians(rest))
         turn = turn @ np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return [
-        replace(one, pose=Pose(turn @ one.pose.rotation, turn @ (one.pose.translation - origin) + origin))
-        for one in blocks
-    ]
+    place = np.einsum("ij,bj->bi", turn, blocks.translation - origin) + origin
+    return replace(blocks, rotation=turn @ blocks.rotation, translation=place)
 
 
 @dataclass(slots=True)
@@ -306,32 +305,99 @@ class _Stones:
         return replace(solid, labels=tuple(own.get(face, label) for face, label in labels))
 
 
-def _course(spec: WallStructure, course: int, stones: _Stones, origin: FloatArray) -> Iterator[Block]:
-    """Bricks of a course, row by row from the front, each from the left."""
-    group = f"{spec.name}.c{course}"
-    for number, (piece, low, high) in enumerate(_pieces(spec, course), start=1):
-        name = f"{group}.b{number}"
-        groups: tuple[str, ...] = (spec.name, group, f"{spec.name}.{piece.kind}s")
-        if spec.wythes > 1 and high == low + 1:
-            groups = (*groups, f"{spec.name}.w{high}")
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """The s stones of a course, row by row from the front, each from the left; many courses are alike.
+
+    Attributes
+    ----------
+    names : Ends of their names, after that of the course.
+    shape : Number of their shapes, shape (s,).
+    start : Left ends, from that of the wall, shape (s,) [m]. shift : Of the right halves of bricks [m].
+    low : First wythe of each, shape (s,).
+    grouping : Number of each stone's groups in ``groupings``, shape (s,).
+    groupings : Ends of the names of groups after that of the wall, and of the halves' brick.
+    """
+
+    names: tuple[str, ...]
+    shape: IntArray
+    start: FloatArray
+    shift: FloatArray
+    low: FloatArray
+    grouping: IntArray
+    groupings: tuple[tuple[tuple[str, ...], str], ...]
+
+
+def _courses(spec: WallStructure, stones: _Stones, origin: FloatArray) -> Iterator[Blocks]:
+    """The bricks of each course from below; courses that are alike are laid out once."""
+    known: dict[tuple[object, ...], _Layout] = {}
+    d = stones.dimension
+    for course in range(1, spec.courses + 1):
+        free = solid_stretches(spec.spans, course - 1, (0.0, spec.length), ROUNDING * spec.brick[0])
+        alike = (course % period_of(spec), *free)
+        if alike not in known:
+            known[alike] = _layout(spec, course, free, stones)
+        own = known[alike]
+        place = np.tile(origin, (len(own.names), 1))
+        place[:, 0] += own.start
+        place[:, -1] += (course - 1) * spec.brick[-1]
+        if d == 3:
+            place[:, 1] += own.low * spec.brick[1]
+        place[:, 0] += own.shift
+        group = f"{spec.name}.c{course}"
+        yield Blocks(
+            names=tuple(map(f"{group}.".__add__, own.names)),
+            shape=own.shape,
+            rotation=np.tile(np.eye(d), (len(place), 1, 1)),
+            translation=place,
+            grouping=own.grouping,
+            groupings=tuple(
+                (spec.name, group, *(f"{spec.name}.{one}" for one in ends), *([f"{group}.{brick}"] if brick else []))
+                for ends, brick in own.groupings
+            ),
+            support=np.zeros(len(place), dtype=bool),
+        )
+
+
+def _layout(
+    spec: WallStructure, course: int, free: list[tuple[float, float]], stones: _Stones
+) -> _Layout:  # fmt: skip
+    """A course in which ``free`` is what openings leave."""
+    names, shape, start, shift, lows, groups = [], [], [], [], [], []
+    for number, (piece, low, high) in enumerate(_pieces(spec, course, free), start=1):
+        own = (f"{piece.kind}s", *([f"w{high}"] if spec.wythes > 1 and high == low + 1 else []))
         size = stones.size(piece.length, high - low)
-        corner = origin.copy()
-        corner[0] += piece.start
-        corner[-1] += (course - 1) * spec.brick[-1]
-        if stones.dimension == 3:
-            corner[1] += low * spec.brick[1]
         whole = abs(piece.length - spec.brick[0]) < ROUNDING * spec.brick[0]
         if spec.cut and whole and piece.kind == "stretcher":
-            yield from _halves(stones, name, size, corner, groups)
+            size[0] /= 2
+            made = [(f"b{number}.{side}", moved * size[0], joint) for side, (moved, joint) in HALVES.items()]
         else:
-            yield Block(name, stones.number_of(size), Pose(np.eye(stones.dimension), corner), groups)
+            made = [(f"b{number}", 0.0, "")]
+        for name, moved, joint in made:
+            names.append(name)
+            shape.append(stones.number_of(size, joint))
+            start.append(piece.start)
+            shift.append(moved)
+            lows.append(low)
+            groups.append((own, f"b{number}" if joint else ""))
+    groupings = {one: number for number, one in enumerate(dict.fromkeys(groups))}
+    return _Layout(
+        tuple(names),
+        np.array(shape, dtype=np.int64),
+        np.array(start, dtype=float),
+        np.array(shift, dtype=float),
+        np.array(lows, dtype=float),
+        np.array([groupings[one] for one in groups], dtype=np.int64),
+        tuple(groupings),
+    )
 
 
-def _pieces(spec: WallStructure, course: int) -> list[tuple[Piece, int, int]]:
+def _pieces(
+    spec: WallStructure, course: int, free: list[tuple[float, float]]
+) -> list[tuple[Piece, int, int]]:  # fmt: skip
     """Stones of a course, cut at openings, with the wythes that each takes."""
     brick = spec.brick[0]
     laid: list[tuple[Piece, int, int]] = []
-    free = solid_stretches(spec.spans, course - 1, (0.0, spec.length), ROUNDING * brick)
     for row in rows_of(spec, course):
         pieces = row.pieces if spec.pattern else [
             piece for a, b in free for piece in fitted(row.pieces, a, b, brick=brick)
@@ -341,18 +407,6 @@ def _pieces(spec: WallStructure, course: int) -> list[tuple[Piece, int, int]]:
             thickness = (row.high - row.low) // leaves
             laid += [(piece, low, low + thickness) for low in range(row.low, row.high, thickness)]
     return sorted(laid, key=lambda stone: (stone[1], stone[0].start))
-
-
-def _halves(
-    stones: _Stones, name: str, size: FloatArray, corner: FloatArray, groups: tuple[str, ...]
-) -> Iterator[Block]:
-    """The two halves of a brick that cracks in the middle."""
-    half = size.copy()
-    half[0] /= 2
-    for side, (moved, joint) in HALVES.items():
-        axes = np.eye(stones.dimension)
-        pose = Pose(axes, corner + moved * half * axes[0])
-        yield Block(f"{name}.{side}", stones.number_of(half, joint), pose, (*groups, name))
 
 
 def _lintels(spec: WallStructure, stones: _Stones, origin: FloatArray) -> Iterator[Block]:

@@ -80,6 +80,16 @@ def rows_of(spec: WallStructure, course: int) -> list[Row]:
     return [Row(low, high, headers if pair else stretchers) for low, high, pair in across]
 
 
+def period_of(spec: WallStructure) -> int:
+    """Number of courses after which the bond repeats itself.
+
+    Parameters
+    ----------
+    spec : The wall.
+    """
+    return len(spec.pattern) or 2 * (spec.header_courses or 1)
+
+
 def _across(spec: WallStructure, course: int) -> list[tuple[int, int, bool]]:
     """Wythes that each row of a course takes, and whether it is of headers."""
     every, wythes = spec.header_courses, spec.wythes

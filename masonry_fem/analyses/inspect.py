@@ -76,7 +76,7 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
     return Inspection(
         title=scene.title,
         **size(built.model),
-        names=tuple(block.name for block in built.model.assembly.blocks),
+        names=built.model.assembly.blocks.names,
         roles={SupportGroup.kind: len(built.stones.of(None))}
         | {name: len(built.stones.of(name)) for name in fidelities()},
         interfaces_by_label=dict(labels),

@@ -191,7 +191,7 @@ def _holds(built: Built) -> tuple[Hold, ...]:
     for block, clamps in built.stones.clamps.items():
         solid = assembly.solid(block)
         for clamp in clamps:
-            name = f"{assembly.blocks[block].name}/{solid.names[clamp.face]}"
+            name = f"{assembly.blocks.names[block]}/{solid.names[clamp.face]}"
             for point in solid.face_points(clamp.face):
                 found += [Hold(block, point, axis, name) for axis in clamp.components or range(len(point))]
     return tuple(found)
@@ -203,7 +203,7 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
     if built.stones.deforming:
         yield "elastic blocks count as rigid"
     if yielding := built.stones.yielding:
-        first = built.stones.assembly.blocks[yielding[0]].name
+        first = built.stones.assembly.blocks.names[yielding[0]]
         yield (
             f"inelastic blocks ({len(yielding)}, first '{first}') count as rigid and do not yield or crack: "
             "what is carried here may crush or split them, and nothing spreads in them; give fill as a load"

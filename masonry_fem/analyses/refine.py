@@ -210,8 +210,10 @@ class _Search:
         assembly, stones = built.model.assembly, built.stones
         for block in chosen:
             volume = assembly.solid(block).mass_properties().volume
-            self._finer[assembly.blocks[block].name] = halved(stones.mesh[block], _mesh(built, block), volume)
-        groups = {assembly.blocks[b].name: assembly.blocks[b].groups for b in stones.deforming}
+            self._finer[assembly.blocks.names[block]] = halved(
+                stones.mesh[block], _mesh(built, block), volume
+            )
+        groups = {assembly.blocks.names[b]: assembly.blocks[b].groups for b in stones.deforming}
         overrides = (*self._first.overrides, *mesh_overrides(self._finer, groups))
         self._next = structs.replace(self._first, overrides=overrides)
 
@@ -219,7 +221,7 @@ class _Search:
 def _mesh(built: Built, block: int) -> Mesh:
     """Elements of an elastic block."""
     assembly = built.model.assembly
-    mesh = assembly.shapes[assembly.blocks[block].shape].mesh
+    mesh = assembly.shapes[int(assembly.blocks.shape[block])].mesh
     assert mesh is not None
     return mesh
 

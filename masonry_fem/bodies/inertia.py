@@ -50,17 +50,13 @@ def inertia_of(assembly: Assembly, blocks: IntArray, density: float | FloatArray
     densities = np.broadcast_to(np.asarray(density, dtype=float), blocks.shape)
     _check_densities(assembly, blocks, densities)
     spins = spin_count(assembly.dimension)
-    volume = np.empty(len(blocks))
-    centroid = np.empty((len(blocks), assembly.dimension))
-    moments = np.empty((len(blocks), spins))
-    axes = np.empty((len(blocks), spins, spins))
-    shapes = {assembly.blocks[block].shape for block in blocks}
-    principal = {shape: _principal(assembly, shape) for shape in shapes}
-    for row, block in enumerate(blocks):
-        stone = assembly.blocks[block]
-        volume[row], own_centroid, moments[row], own_axes = principal[stone.shape]
-        centroid[row] = stone.pose.to_world(own_centroid)
-        axes[row] = own_axes if spins == 1 else stone.pose.rotation @ own_axes
+    shapes, of = np.unique(assembly.blocks.shape[blocks], return_inverse=True)
+    principal = [_principal(assembly, shape) for shape in shapes.tolist()]
+    volume, middle, moments, axes = (np.array(part)[of] for part in zip(*principal, strict=True))
+    rotation = assembly.blocks.rotation[blocks]
+    centroid = np.einsum("bij,bj->bi", rotation, middle) + assembly.blocks.translation[blocks]
+    if spins > 1:
+        axes = rotation @ axes
     return Inertia(volume * densities, centroid, moments * densities[:, None], axes)
 
 
@@ -80,7 +76,7 @@ def _check_densities(assembly: Assembly, blocks: IntArray, densities: FloatArray
     """Refuse densities that are not positive."""
     wrong = np.flatnonzero(~(densities > 0))
     if wrong.size:
-        name = assembly.blocks[blocks[wrong[0]]].name
+        name = assembly.blocks.names[blocks[wrong[0]]]
         raise GeometryError(
             f"block '{name}': density is {densities[wrong[0]]:g} kg/m³, expected > 0; "
             "give its material a density"

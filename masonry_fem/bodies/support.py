@@ -178,7 +178,7 @@ class SupportGroup(Undeformed):
     def _vector(self, row: int, name: str, value: FloatArray | float, length: int) -> FloatArray:
         vector = np.atleast_1d(np.asarray(value, dtype=float))
         if vector.shape != (length,):
-            block = self.assembly.blocks[self.blocks[row]].name
+            block = self.assembly.blocks.names[self.blocks[row]]
             raise SceneError(
                 f"support '{block}': {name} has shape {vector.shape}, expected ({length},); "
                 f"give {length} component(s) in {self.dimension}D"
@@ -303,7 +303,7 @@ class SupportGroup(Undeformed):
         self, state: SupportState, body: int, velocity: FloatArray, spin: FloatArray
     ) -> SupportState:
         """Refused: a support moves as its motion says."""
-        name = self.assembly.blocks[self.blocks[body]].name
+        name = self.assembly.blocks.names[self.blocks[body]]
         raise SceneError(
             f"support '{name}': initial velocity is {np.asarray(velocity)}, expected none, since its "
             "motion is prescribed; give the support a motion instead"

@@ -84,7 +84,7 @@ def changed(scene: specs.Scene, stones: Stones, before: Mapping[str, specs.Mater
     found: dict[str, specs.Material] = {}
     mixed = set()
     for block in stones.deforming:
-        name, own = stones.material[block], before.get(stones.assembly.blocks[block].name)
+        name, own = stones.material[block], before.get(stones.assembly.blocks.names[block])
         if own is not None and found.setdefault(name, own) != own:
             mixed.add(name)
     return {name: own for name, own in found.items() if name not in mixed and own != scene.materials[name]}

@@ -21,7 +21,8 @@ from masonry_fem.errors import SceneError
 from masonry_fem.nscd.mumps import LARGE
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import shown
-from masonry_fem.solid.assembly import Shape
+from masonry_fem.solid.assembly import Shape, taken
+from masonry_fem.solid.mesh import IntArray
 
 BLOCKS = 1e5  # a rigid wall of so many is built in about a minute
 SHARE = 0.9  # of this machine's memory: what a scene may need by the estimate
@@ -79,16 +80,16 @@ def foresee_meshes(scene: specs.Scene, stones: Stones) -> None:
     total = START
     worst: tuple[float, int, float] = (0.0, -1, 0.0)
     for block, cells in _elastic_shapes(stones):
-        shape = stones.assembly.shapes[stones.assembly.blocks[block].shape]
+        shape = stones.assembly.shapes[stones.assembly.blocks.shape[block]]
         memory = factor_memory(unknowns_of(shape, cells, stones.mesh[block]), scene.dimension)
         total += memory
         worst = max(worst, (memory, block, cells))
     if total <= _room():
         return
     _, block, cells = worst
-    name, settings = stones.assembly.blocks[block].name, stones.mesh[block]
+    name, settings = stones.assembly.blocks.names[block], stones.mesh[block]
     key, value = ("size", settings.size) if settings.divisions is None else ("divisions", settings.divisions)
-    shape = stones.assembly.shapes[stones.assembly.blocks[block].shape]
+    shape = stones.assembly.shapes[stones.assembly.blocks.shape[block]]
     raise _refused(
         f"mesh.{key} = {shown(value)} makes some {cells:.2g} elements and "
         f"{unknowns_of(shape, cells, settings):.2g} unknowns of block '{name}', and all of it takes "
@@ -98,7 +99,7 @@ def foresee_meshes(scene: specs.Scene, stones: Stones) -> None:
     )
 
 
-def foresee_points(scene: specs.Scene, density: Sequence[int]) -> None:
+def foresee_points(scene: specs.Scene, density: Sequence[int] | IntArray) -> None:
     """Refuse more Gauss points than fit into memory.
 
     Parameters
@@ -152,12 +153,15 @@ def memory_of_run(stones: Stones, contacts: Contacts) -> float:
     """
     blocks, d = stones.assembly.blocks, stones.assembly.dimension
     points = np.bincount(contacts.blocks.ravel(), minlength=len(blocks))
-    numbers = [(blocks[block].shape, float(d * points[block]) ** 2) for block in stones.deforming]
-    shapes = dict(sorted(numbers))  # the most that a block of the shape has
+    elastic = np.array(stones.deforming, dtype=np.int64)
+    entries = (d * points[elastic].astype(float)) ** 2
+    shapes, of = np.unique(blocks.shape[elastic], return_inverse=True)
+    most = np.zeros(len(shapes))  # that a block of the shape has
+    np.maximum.at(most, of, entries)
     joints = np.bincount(contacts.interface[np.isin(contacts.blocks, stones.deforming).any(axis=1)])
-    by_joints = sum(shapes.values()) + COPIES * float(((d * joints) ** 2).sum())
-    compliance = 8.0 * min(COPIES * sum(most for _, most in numbers), by_joints)
-    meshes = [stones.assembly.shapes[shape].mesh for shape in shapes]
+    by_joints = float(most.sum()) + COPIES * float(((d * joints) ** 2).sum())
+    compliance = 8.0 * min(COPIES * float(entries.sum()), by_joints)
+    meshes = [stones.assembly.shapes[shape].mesh for shape in shapes.tolist()]
     sizes = [float(mesh.points.size) for mesh in meshes if mesh is not None]
     held = sum(factor_memory(size, d) for size in sizes if size < LARGE)
     # what a factor on disk is made in is free when contacts are solved
@@ -187,13 +191,13 @@ def _elastic_shapes(stones: Stones) -> Iterator[tuple[int, float]]:
         return
     from masonry_fem.meshing.mesher import foreseen_cells  # noqa: PLC0415 - rigid stones need no meshes
 
-    seen: set[tuple[int, specs.MeshSettings]] = set()
-    for block in elastic:
-        key = (stones.assembly.blocks[block].shape, stones.mesh[block])
-        shape = stones.assembly.shapes[key[0]]
-        if key not in seen and shape.mesh is None:
-            seen.add(key)
-            yield block, foreseen_cells(shape, stones.mesh[block])
+    shapes, meshes = stones.assembly.blocks.shape[elastic], taken(stones.mesh, np.array(elastic))
+    pairs = zip(shapes.tolist(), meshes, strict=True)
+    first = dict(zip(reversed(list(pairs)), reversed(elastic), strict=True))
+    for (number, mesh), block in sorted(first.items(), key=lambda one: one[1]):
+        shape = stones.assembly.shapes[number]
+        if shape.mesh is None:
+            yield block, foreseen_cells(shape, mesh)
 
 
 def _room() -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from masonry_fem.build.foresight import foresee_points
 from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.scatter import scatter_factors
-from masonry_fem.build.stones import Stones, block_names
+from masonry_fem.build.stones import Stones, matching
 from masonry_fem.build.ties import with_ties
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.interfaces import Interfaces
@@ -27,6 +27,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
+from masonry_fem.solid.assembly import Blocks
 
 ROUNDING = 1e-6  # of an angle [degrees]
 
@@ -48,7 +49,7 @@ def joint_of_interfaces(
     """
     if not interfaces:
         return []
-    holds = _matching(scene, interfaces, block_names(stones.assembly))
+    holds = _matching(scene, interfaces, stones.assembly.blocks)
     for number in np.flatnonzero(~holds.any(axis=0) & ~interfaces.tie)[:1]:
         raise SceneError(_no_match(stones, interfaces[number]))
     if tell and not interfaces.tie.all():
@@ -59,9 +60,7 @@ def joint_of_interfaces(
     return found
 
 
-def _matching(
-    scene: specs.Scene, interfaces: Interfaces, names: Sequence[tuple[str, ...]]
-) -> NDArray[np.bool_]:
+def _matching(scene: specs.Scene, interfaces: Interfaces, blocks: Blocks) -> NDArray[np.bool_]:
     """Whether each joint record holds for each of i interfaces, shape (records, i); none does for ties."""
     angle = inclinations(interfaces.normal)
     holds = np.zeros((len(scene.joints), len(angle)), dtype=bool)
@@ -69,22 +68,15 @@ def _matching(
         alike = np.array([fnmatchcase(text, joint.interface) for text in interfaces.labels])[interfaces.label]
         least, most = joint.inclination
         inclined = (least - ROUNDING <= angle) & (angle <= most + ROUNDING)
-        one, other = (_named(pattern, names)[interfaces.blocks] for pattern in joint.between)
+        one, other = (matching(pattern, blocks)[interfaces.blocks] for pattern in joint.between)
         joins = (one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0])
         held[:] = alike & inclined & joins & ~interfaces.tie
     return holds
 
 
-def _named(pattern: str, names: Sequence[tuple[str, ...]]) -> NDArray[np.bool_]:
-    """Whether a pattern matches a name of each of b blocks, shape (b,)."""
-    if pattern == "*":
-        return np.ones(len(names), dtype=bool)
-    return np.array([any(fnmatchcase(name, pattern) for name in own) for own in names])
-
-
 def _no_match(stones: Stones, interface: Interface) -> str:
     """What to say of an interface for which no joint record holds."""
-    first, second = (stones.assembly.blocks[block].name for block in interface.blocks)
+    first, second = (stones.assembly.blocks.names[block] for block in interface.blocks)
     return (
         f"joints: none matches the interface '{interface.label}' between '{first}' and '{second}', "
         f"{inclinations(interface.normal):.3g} degrees to the horizontal; add a joint with interface = '*', "
@@ -111,7 +103,7 @@ def touching(
     # the last is that of ties, whose record is −1
     touches = np.array([*(joint.contact != "none" for joint in scene.joints), True])
     kept = np.flatnonzero(touches[np.array(chosen, dtype=np.int64)])
-    return interfaces.only(kept), [chosen[k] for k in kept.tolist()]
+    return interfaces.only(kept), np.array(chosen, dtype=np.int64)[kept].tolist()
 
 
 def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
@@ -160,7 +152,7 @@ def contacts_and_joints(
     ------
     SceneError : A joint or a tie that cannot be.
     """
-    foresee_points(scene, [scene.joints[joint].density for joint in chosen])
+    foresee_points(scene, np.array([joint.density for joint in scene.joints])[chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen), tell=True)
     interfaces, contacts = with_ties(scene, stones, interfaces, contacts)
     records = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
@@ -202,11 +194,11 @@ def rules_of(scene: specs.Scene, stones: Stones, interfaces: Interfaces, chosen:
     """
     assembly = stones.assembly
     meshed = np.array([shape.mesh is not None for shape in assembly.shapes], dtype=bool)
-    of_block = meshed[np.array([block.shape for block in assembly.blocks], dtype=np.int64)]
+    of_block = meshed[assembly.blocks.shape]
     either = of_block[interfaces.blocks].any(axis=1)
     kinds = list(zip(chosen, either.tolist(), strict=True))
     made = {kind: _rule(scene.joints[kind[0]], kind[1]) for kind in dict.fromkeys(kinds)}
-    return [made[kind] for kind in kinds]
+    return list(map(made.__getitem__, kinds))
 
 
 def joints_at(
@@ -249,7 +241,7 @@ def skins(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray 
         soft[own, name] = depth / scene.materials[name].modulus if depth else 0.0
     if not any(soft.values()):
         return None
-    share = np.array([soft[pair] for pair in pairs])
+    share = np.fromiter(map(soft.__getitem__, pairs), float)
     faces = np.bincount(contacts.interface, contacts.area)[contacts.interface]
     width = bearing(faces) ** (1.0 / (contacts.dimension - 1))
     given_way: np.ndarray = width * share[contacts.blocks].sum(axis=1)

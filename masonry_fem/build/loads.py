@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup, FloatArray
-from masonry_fem.build.stones import Stones, block_names, faces_of
+from masonry_fem.build.stones import Stones, faces_of, select_blocks
 from masonry_fem.build.supports import time_factor
 from masonry_fem.build.track import TrackFaces, lines_across, track_of
 from masonry_fem.errors import SceneError
@@ -19,7 +20,7 @@ from masonry_fem.march.model import Load
 from masonry_fem.march.moving import Travel
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import only, select, split_face
+from masonry_fem.scene.selector import only, split_face
 from masonry_fem.solid.submerged import Submerged
 
 ACROSS = 8  # lines, side by side, of a load that moves with a width
@@ -31,12 +32,10 @@ class Patterns:
 
     def __init__(self, stones: Stones, groups: tuple[BodyGroup, ...]) -> None:
         self.stones, self.groups = stones, groups
-        self.place: dict[int, tuple[int, int]] = {
-            int(block): (index, body)
-            for index, group in enumerate(groups)
-            for body, block in enumerate(group.blocks)
-        }
-        self.names = block_names(stones.assembly)
+        self.place: dict[int, tuple[int, int]] = {}
+        for index, group in enumerate(groups):
+            bodies = zip(repeat(index), range(len(group.blocks)))
+            self.place |= zip(group.blocks.tolist(), bodies, strict=True)
 
     def acceleration(self, vector: FloatArray) -> tuple[FloatArray | None, ...]:
         """Body force on everything that is free to move."""
@@ -100,16 +99,18 @@ class Patterns:
         """The same force at each of the points of one block (None: its centroid)."""
         total: list[FloatArray | None] = [None] * len(self.groups)
         what = f"{key}.block"
-        group, body = self.place[only(self._free(block, what), block, self.names, what)]
+        group, body = self.place[
+            only(self._free(block, what), block, self.stones.assembly.blocks.names, what)
+        ]
         for point in points:
             _add(total, group, self.groups[group].point_force(body, point, force))
         return tuple(total)
 
     def _free(self, selector: str, key: str) -> list[int]:
-        chosen = select(selector, self.names, key)
+        chosen = select_blocks(selector, self.stones.assembly.blocks, key)
         held = [block for block in chosen if self.stones.fidelity[block] is None]
         if held and len(held) == len(chosen):
-            name = self.stones.assembly.blocks[held[0]].name
+            name = self.stones.assembly.blocks.names[held[0]]
             raise SceneError(
                 f"{key}: '{name}' is a support, so a load on it does nothing; choose a free block"
             )

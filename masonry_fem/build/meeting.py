@@ -24,14 +24,13 @@ from masonry_fem.contact.detection import default_reach, detect
 from masonry_fem.contact.interfaces import Interfaces, among
 from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
-from masonry_fem.contact.update import chosen, joined, partners, returned, returned_faces
+from masonry_fem.contact.update import chosen, joined, moved, partners, returned, returned_faces
 from masonry_fem.march.model import FloatArray, Model
 from masonry_fem.march.motion import nearest_motions
 from masonry_fem.march.renewal import NEAR
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
-from masonry_fem.solid.pose import Pose
 
 STEEPEST = 40.0  # largest angle between faces that may come into contact [degrees]
 DEEP = 5e-2  # of a block's size: largest overlap of blocks that bear on each other as they are found anew
@@ -164,7 +163,7 @@ class Meeting:
     ) -> Interfaces:
         """Common faces of the pairs among the blocks in use, ``within`` a gap and an overlap."""
         angle = self.scene.contact.angle
-        few = replace(placed, blocks=tuple(placed.blocks[block] for block in used))
+        few = replace(placed, blocks=placed.blocks.only(used))
         found = detect(
             few, reach=within[0], overlap=within[1], angle=max(angle, min(STEEPEST, angle + turned)),
             surfaces=self._surfaces, tell=False, corners=True,
@@ -175,12 +174,10 @@ class Meeting:
 
 def _moved(assembly: Assembly, motion: tuple[FloatArray, FloatArray], used: IntArray) -> Assembly:
     """The assembly with the blocks in use where they are."""
-    blocks = list(assembly.blocks)
-    for number in used.tolist():
-        pose, turn = blocks[number].pose, motion[0][number]
-        moved = Pose(turn @ pose.rotation, turn @ pose.translation + motion[1][number])
-        blocks[number] = replace(blocks[number], pose=moved)
-    return replace(assembly, blocks=tuple(blocks))
+    turn, shift = np.zeros_like(motion[0]), np.zeros_like(motion[1])
+    turn[:] = np.eye(assembly.dimension)
+    turn[used], shift[used] = motion[0][used], motion[1][used]
+    return moved(assembly, turn, shift)
 
 
 def _unturned(back: Contacts, found: Contacts, turned: np.ndarray) -> Contacts:

@@ -21,7 +21,7 @@ from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
 from masonry_fem.build.shaking import shaken, shaking
-from masonry_fem.build.stones import Stones, block_names, lay, meshed, present, typical_length
+from masonry_fem.build.stones import Stones, lay, meshed, present, select_blocks, typical_length
 from masonry_fem.build.supports import last_change
 from masonry_fem.build.temperature import Expansions, expansions
 from masonry_fem.contact.detection import REACH, detect
@@ -35,7 +35,8 @@ from masonry_fem.march.model import Model, Probe
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.records.remark import first_few, remark
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import only, select
+from masonry_fem.scene.selector import only
+from masonry_fem.solid.assembly import taken
 
 if TYPE_CHECKING:
     from masonry_fem.build.redetection import Redetection
@@ -198,9 +199,12 @@ def body_groups(
     if held := stones.of(None):
         groups.append(SupportGroup(stones.assembly, held, [stones.motion.get(block) for block in held]))
     for kind in _used(stones):
+        own = np.array(stones.of(kind.name))
         given = Given(
             assembly=stones.assembly,
-            materials={block: scene.materials[stones.material[block]] for block in stones.of(kind.name)},
+            materials=dict(
+                zip(own, map(scene.materials.__getitem__, taken(stones.material, own)), strict=True)
+            ),
             clamps=stones.clamps,
             plane=scene.plane,
             lumped=scene.mass == "lumped",
@@ -242,7 +246,7 @@ def _tell_gaps(stones: Stones, interfaces: Interfaces) -> None:
     opened = int((nearest > GAP * typical_length(stones.assembly)).sum()) if interfaces else 0
     if opened:
         widest = interfaces[int(nearest.argmax())]
-        first, second = (stones.assembly.blocks[block].name for block in widest.blocks)
+        first, second = (stones.assembly.blocks.names[block] for block in widest.blocks)
         logger.info(
             "%d of %d joints are open at the start, by up to %.3g m ('%s' and '%s')",
             opened, len(interfaces), nearest.max(), first, second,
@@ -253,12 +257,12 @@ def _doubt_loose(stones: Stones, interfaces: Interfaces) -> None:
     """Warn of blocks that no support holds, directly or through others; they may be meant to fly."""
     loose = loose_blocks(stones, interfaces)
     if loose:
-        names = first_few((f"'{stones.assembly.blocks[block].name}'" for block in loose), SHOWN)
+        names = first_few((f"'{stones.assembly.blocks.names[block]}'" for block in loose), SHOWN)
         remark(
             "loose",
             f"no support holds {names}, neither directly nor through other blocks; expected "
             "faces that touch, or a contact.reach [m] as wide as the gaps",
-            *(stones.assembly.blocks[block].name for block in loose),
+            *(stones.assembly.blocks.names[block] for block in loose),
         )
 
 
@@ -267,22 +271,25 @@ def loose_blocks(stones: Stones, interfaces: Interfaces) -> list[int]:
     count = len(stones.assembly.blocks)
     links = sparse.coo_array((np.ones(len(interfaces)), tuple(interfaces.blocks.T)), shape=(count, count))
     _, part = sparse.csgraph.connected_components(links, directed=False)
-    held = {part[block] for block in (*stones.of(None), *stones.clamps)}
-    return [block for block in range(count) if part[block] not in held]
+    held = part[np.array([*stones.of(None), *stones.clamps], dtype=np.int64)]
+    loose: list[int] = np.flatnonzero(~np.isin(part, held)).tolist()
+    return loose
 
 
 def _between_free(stones: Stones, interfaces: Interfaces) -> Interfaces:
     """Interfaces with at least one block that is free to move."""
-    free = np.array([fidelity is not None for fidelity in stones.fidelity], dtype=bool)
+    free = stones.where(lambda fidelity: fidelity is not None)
     return interfaces.only(free[interfaces.blocks].any(axis=1))
 
 
 def _probes(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -> tuple[Probe, ...]:
-    names = block_names(stones.assembly)
+    blocks = stones.assembly.blocks
     made = []
     for index, probe in enumerate(scene.probes):
         key = f"probes.{index}.block"
-        group, body = _owner(groups, only(select(probe.block, names, key), probe.block, names, key))
+        group, body = _owner(
+            groups, only(select_blocks(probe.block, blocks, key), probe.block, blocks.names, key)
+        )
         point = np.array(probe.point, dtype=float)
         try:
             groups[group].displacement(groups[group].rest(), body, point)
@@ -303,13 +310,13 @@ def _owner(groups: tuple[BodyGroup, ...], block: int) -> tuple[int, int]:
 def _initial(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -> tuple[Any, ...]:
     """Rest, with the initial velocities that the scene gives."""
     states = [group.rest() for group in groups]
-    names, d = block_names(stones.assembly), scene.dimension
+    blocks, d = stones.assembly.blocks, scene.dimension
     for index, initial in enumerate(scene.initial):
         velocity = np.zeros(d) if initial.velocity is None else np.array(initial.velocity, dtype=float)
         spin = (
             np.zeros(1 if d == 2 else 3) if initial.spin is None else np.ravel(np.array(initial.spin, float))
         )
-        for block in select(initial.blocks, names, f"initial.{index}.blocks"):
+        for block in select_blocks(initial.blocks, blocks, f"initial.{index}.blocks"):
             group, body = _owner(groups, block)
             if not groups[group].prescribed:
                 states[group] = groups[group].with_velocity(states[group], body, velocity, spin)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.build.stones import Stones
+from masonry_fem.contact.posed import corners
 from masonry_fem.errors import SceneError
 from masonry_fem.records.remark import remark
 
@@ -26,11 +27,11 @@ def check_places(stones: Stones) -> None:
     """
     assembly = stones.assembly
     thin = np.array([float(np.ptp(shape.solid.vertices, axis=0).min()) for shape in assembly.shapes])
-    thin = thin[[block.shape for block in assembly.blocks]]
-    far = np.array([float(np.abs(assembly.solid(k).vertices).max()) for k in range(len(assembly.blocks))])
+    thin = thin[assembly.blocks.shape]
+    far = np.abs(corners(assembly)[0]).max(axis=(1, 2))
     share = np.divide(np.spacing(far), thin, out=np.full(len(far), np.inf), where=thin > 0)
     worst = int(share.argmax())
-    name, away = assembly.blocks[worst].name, far[worst]
+    name, away = assembly.blocks.names[worst], far[worst]
     cure = "move the structure nearer to the origin: take the same offset off all positions"
     if not share[worst] <= LOST:
         raise SceneError(
@@ -45,8 +46,9 @@ def check_places(stones: Stones) -> None:
             f"{np.spacing(away):.1g} m apart: gaps and arms lose digits; {cure}",
             name,
         )
-    long = [float(np.ptp(shape.solid.vertices, axis=0).max()) for shape in assembly.shapes]
-    typical = float(np.median([long[block.shape] for block in assembly.blocks if not block.support] or [1.0]))
+    long = np.array([float(np.ptp(shape.solid.vertices, axis=0).max()) for shape in assembly.shapes])
+    free = long[assembly.blocks.shape[~assembly.blocks.support]]
+    typical = float(np.median(free)) if len(free) else 1.0
     if not SIZES[0] <= typical <= SIZES[1]:
         remark(
             "size",

@@ -68,7 +68,7 @@ class Redetection:
             surfaces_of(assembly),
             default_reach(assembly) if reach is None else reach,
             typical_length(assembly),
-            np.array([extent[block.shape] for block in assembly.blocks]),
+            np.array(extent)[assembly.blocks.shape],
         )
 
     def __call__(
@@ -132,7 +132,7 @@ class Redetection:
 
     def _fresh(self, found: Interfaces, rigid: np.ndarray, bound: Interfaces) -> np.ndarray:
         """Those between rigid blocks of which one can move, of pairs that are not bound, shape (i,)."""
-        free = np.array([fidelity is not None for fidelity in self.stones.fidelity], dtype=bool)
+        free = self.stones.where(lambda fidelity: fidelity is not None)
         moves = free[found.blocks].any(axis=1) & rigid[found.blocks].all(axis=1)
         fresh: np.ndarray = moves & ~among(found.pairs, bound.pairs)
         return fresh

@@ -9,25 +9,32 @@ moving how; shapes meshed where a block deforms, once for each distinct shape an
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from fnmatch import translate
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from msgspec import structs
+from numpy.typing import NDArray
 
 from masonry_fem.bodies.support import Clamp, Motion
 from masonry_fem.build.supports import motion_of
+from masonry_fem.contact.interfaces import numbered
 from masonry_fem.errors import SceneError
 from masonry_fem.fem.material_kinds import names
 from masonry_fem.fidelities import deforms
 from masonry_fem.fidelities import fidelity as fidelity_of
 from masonry_fem.host.phases import At
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import matches, select, split_face
-from masonry_fem.solid.assembly import Assembly, Shape
+from masonry_fem.scene.selector import matches, nothing_selected, select, split_face
+from masonry_fem.solid.assembly import Assembly, Blocks, Shape, taken
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.structures import assemble, build_structures
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,32 +62,70 @@ class Stones:
 
     def meshes(self) -> dict[tuple[str, specs.MeshSettings], Shape]:
         """Meshed shapes by name and settings."""
-        pairs = [
-            (self.assembly.shapes[block.shape], wanted)
-            for block, wanted in zip(self.assembly.blocks, self.mesh, strict=True)
-        ]
-        return {(shape.name, wanted): shape for shape, wanted in pairs if shape.mesh is not None}
+        pairs = set(zip(self.assembly.blocks.shape.tolist(), self.mesh, strict=True))
+        shapes = [(self.assembly.shapes[number], wanted) for number, wanted in pairs]
+        return {(shape.name, wanted): shape for shape, wanted in shapes if shape.mesh is not None}
+
+    def where(self, holds: Callable[[str | None], bool]) -> Mask:
+        """Whether something holds for the fidelity of each block, shape (b,).
+
+        Parameters
+        ----------
+        holds : Asked once for each fidelity there is; None stands for supports.
+        """
+        known = {own: holds(own) for own in set(self.fidelity)}
+        return np.fromiter(map(known.__getitem__, self.fidelity), bool)
 
     def of(self, fidelity: str | None) -> list[int]:
         """Numbers of the blocks of a fidelity; None: of the supports."""
-        return [block for block, own in enumerate(self.fidelity) if own == fidelity]
+        found: list[int] = np.flatnonzero(self.where(lambda own: own == fidelity)).tolist()
+        return found
 
     @property
     def deforming(self) -> list[int]:
         """Numbers of the blocks that deform."""
-        return [block for block, own in enumerate(self.fidelity) if deforms(own)]
+        found: list[int] = np.flatnonzero(self.where(deforms)).tolist()
+        return found
 
     @property
     def yielding(self) -> list[int]:
         """Numbers of the blocks whose material may yield or crack."""
-        return [
-            block for block, own in enumerate(self.fidelity) if own is not None and fidelity_of(own).yields
-        ]
+        yields = self.where(lambda own: own is not None and fidelity_of(own).yields)
+        found: list[int] = np.flatnonzero(yields).tolist()
+        return found
 
 
-def block_names(assembly: Assembly) -> list[tuple[str, ...]]:
-    """What a selector is matched against, by block: its name and its groups."""
-    return [(block.name, *block.groups) for block in assembly.blocks]
+def matching(pattern: str, blocks: Blocks) -> Mask:
+    """Whether a pattern matches the name or a group of each block, shape (b,).
+
+    Parameters
+    ----------
+    pattern : Shell-style. blocks : All blocks.
+    """
+    if pattern == "*":
+        return np.ones(len(blocks), dtype=bool)
+    of_groups = np.array([matches(pattern, groups) for groups in blocks.groupings], dtype=bool)
+    match = re.compile(translate(pattern)).match
+    found: Mask = of_groups[blocks.grouping] | np.fromiter(map(bool, map(match, blocks.names)), bool)
+    return found
+
+
+def select_blocks(selector: str, blocks: Blocks, what: str) -> list[int]:
+    """Numbers of the blocks that a selector names.
+
+    Parameters
+    ----------
+    selector : Pattern. blocks : All blocks. what : The key that holds the selector, for the message.
+
+    Raises
+    ------
+    SceneError : Where nothing is selected; it lists the nearest names.
+    """
+    chosen: list[int] = np.flatnonzero(matching(selector, blocks)).tolist()
+    if not chosen:
+        names = [name for block in blocks for name in (block.name, *block.groups)]
+        raise SceneError(nothing_selected(selector, names, what))
+    return chosen
 
 
 def lay(scene: specs.Scene, base: Path) -> Stones:
@@ -98,48 +143,47 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     """
     meshes = [_mesh_of(scene, structure) for structure in scene.structures]
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
-    owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
+    owner = np.repeat(np.arange(len(parts)), [len(part.blocks) for part in parts])
     assembly, owner = _remaining(scene, assemble(parts), owner)
-    names = block_names(assembly)
-    told = _told(scene, owner, names)
-    free = [None if block.support else own[0] for block, own in zip(assembly.blocks, told, strict=True)]
-    motion, clamps = _supports(scene, assembly, names, free, base)
-    materials, meshes_of = tuple(own[1] for own in told), tuple(own[2] for own in told)
+    blocks = assembly.blocks
+    told, of_block = _told(scene, owner, blocks)
+    fidelity = np.array([own[0] for own in told], dtype=object)[of_block]
+    fidelity[blocks.support] = None
+    free: list[str | None] = fidelity.tolist()
+    materials = taken([own[1] for own in told], of_block)
+    motion, clamps = _supports(scene, assembly, free, base)
     _check_materials(scene, assembly, free, materials)
-    solids = enumerate(assembly.shapes[block.shape] for block in assembly.blocks)
-    given = frozenset(number for number, shape in solids if shape.mesh is not None)
-    return Stones(assembly, tuple(free), materials, motion, clamps, meshes_of, given)
+    meshed = np.array([shape.mesh is not None for shape in assembly.shapes])
+    given = frozenset(np.flatnonzero(meshed[blocks.shape]).tolist())
+    mesh = taken([own[2] for own in told], of_block)
+    return Stones(assembly, tuple(free), materials, motion, clamps, mesh, given)
 
 
 def _remaining(
-    scene: specs.Scene, assembly: Assembly, owner: list[specs.Structure]
-) -> tuple[Assembly, list[specs.Structure]]:
+    scene: specs.Scene, assembly: Assembly, owner: IntArray
+) -> tuple[Assembly, IntArray]:  # fmt: skip
     """The blocks that a scene does not leave out, and the structure of each."""
     if not scene.without:
         return assembly, owner
-    absent = set(absentees(scene, block_names(assembly)))
-    here = [number for number in range(len(assembly.blocks)) if number not in absent]
-    blocks = tuple(assembly.blocks[number] for number in here)
-    return replace(assembly, blocks=blocks), [owner[number] for number in here]
+    here = ~absent(scene, assembly.blocks)
+    return replace(assembly, blocks=assembly.blocks.only(here)), owner[here]
 
 
-def absentees(scene: specs.Scene, names: list[tuple[str, ...]]) -> list[int]:
-    """Numbers of the blocks that a scene leaves out.
+def absent(scene: specs.Scene, blocks: Blocks) -> Mask:
+    """Whether a scene leaves each block out, shape (b,).
 
     Parameters
     ----------
-    scene : The scene. names : Of all blocks of its structures.
+    scene : The scene. blocks : All blocks of its structures.
 
     Raises
     ------
     SceneError : A selector selects nothing, or nothing is left.
     """
-    found = [
-        block
-        for index, selector in enumerate(scene.without)
-        for block in select(selector, names, f"without.{index}")
-    ]
-    if len(set(found)) == len(names):
+    found = np.zeros(len(blocks), dtype=bool)
+    for index, selector in enumerate(scene.without):
+        found[select_blocks(selector, blocks, f"without.{index}")] = True
+    if found.all():
         raise SceneError("without leaves all blocks out, expected some that stay")
     return found
 
@@ -159,17 +203,16 @@ def present(scene: specs.Scene, base: Path) -> specs.Scene:
         return scene
     meshes = [_mesh_of(scene, structure) for structure in scene.structures]
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
-    names = block_names(assemble(parts))
-    absent = set(absentees(scene, names))
+    all_blocks = assemble(parts).blocks
+    gone = absent(scene, all_blocks)
 
     def stays(record: Any) -> bool:
         selectors = [getattr(record, key) for key in ("on", "blocks", "block") if hasattr(record, key)]
         if isinstance(record, specs.Tie):
             selectors = [point.block for point in record.points]
         for selector in (*selectors, *getattr(record, "between", ())):
-            blocks = split_face(selector)[0]
-            chosen = [number for number, own in enumerate(names) if matches(blocks, own)]
-            if chosen and absent.issuperset(chosen):
+            chosen = matching(split_face(selector)[0], all_blocks)
+            if chosen.any() and gone[chosen].all():
                 return False
         return True
 
@@ -183,16 +226,21 @@ def present(scene: specs.Scene, base: Path) -> specs.Scene:
 
 
 def _told(
-    scene: specs.Scene, owner: list[specs.Structure], names: list[tuple[str, ...]]
-) -> list[tuple[str, str, specs.MeshSettings]]:
-    """Fidelity, material and elements of each block, as its structure and then overrides say."""
-    told = [(one.fidelity or scene.fidelity, one.material, _mesh_of(scene, one)) for one in owner]
+    scene: specs.Scene, owner: IntArray, blocks: Blocks
+) -> tuple[list[tuple[str, str, specs.MeshSettings]], IntArray]:
+    """Fidelities, materials and elements that structures and overrides give, and number of each block's."""
+    told = [
+        (one.fidelity or scene.fidelity, one.material, _mesh_of(scene, one)) for one in scene.structures
+    ]  # fmt: skip
+    of_block = owner.copy()
     for index, override in enumerate(scene.overrides):
-        own = override.fidelity, override.material, override.mesh
-        for block in select(override.blocks, names, f"overrides.{index}.blocks"):
-            fidelity, material, mesh = told[block]
-            told[block] = own[0] or fidelity, own[1] or material, own[2] or mesh
-    return told
+        chosen = np.array(select_blocks(override.blocks, blocks, f"overrides.{index}.blocks"))
+        before = of_block[chosen]
+        for number in np.unique(before).tolist():
+            fidelity, material, mesh = told[number]
+            of_block[chosen[before == number]] = len(told)
+            told.append((override.fidelity or fidelity, override.material or material, override.mesh or mesh))
+    return told, of_block
 
 
 def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:
@@ -202,7 +250,6 @@ def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettin
 def _supports(
     scene: specs.Scene,
     assembly: Assembly,
-    names: list[tuple[str, ...]],
     fidelity: list[str | None],
     base: Path,
 ) -> tuple[dict[int, Motion], dict[int, tuple[Clamp, ...]]]:
@@ -212,7 +259,7 @@ def _supports(
     for index, support in enumerate(scene.supports):
         key = f"supports.{index}.on"
         blocks, face = split_face(support.on)
-        chosen = select(blocks, names, key)
+        chosen = select_blocks(blocks, assembly.blocks, key)
         _refuse_turns(support, len(chosen), index)
         moves = None if support.motion is None else motion_of(scene, support.motion, base)
         for block in chosen:
@@ -231,7 +278,7 @@ def _supports(
 def _refuse_partial(assembly: Assembly, block: int, support: specs.Support, key: str) -> None:
     if support.components is not None:
         raise SceneError(
-            f"{key}: block '{assembly.blocks[block].name}' is not elastic, so it is held as a whole and "
+            f"{key}: block '{assembly.blocks.names[block]}' is not elastic, so it is held as a whole and "
             f"components = {list(support.components)} means nothing; leave components out, or make "
             "the block elastic and hold a face of it"
         )
@@ -261,23 +308,25 @@ def faces_of(assembly: Assembly, block: int, pattern: str, key: str) -> list[int
     ------
     SceneError : No face matches.
     """
-    solid = assembly.shapes[assembly.blocks[block].shape].solid
+    solid = assembly.shapes[assembly.blocks.shape[block]].solid
     named = [(name,) if name else () for name in solid.names]
-    return select(pattern, named, key, noun=f"face of block '{assembly.blocks[block].name}'")
+    return select(pattern, named, key, noun=f"face of block '{assembly.blocks.names[block]}'")
 
 
 def _check_materials(
     scene: specs.Scene, assembly: Assembly, fidelity: list[str | None], material: tuple[str, ...]
 ) -> None:
-    for block, (own, name) in enumerate(zip(fidelity, material, strict=True)):
+    pairs = list(zip(fidelity, material, strict=True))
+    first = dict(zip(reversed(pairs), reversed(range(len(pairs))), strict=True))
+    for (own, name), block in sorted(first.items(), key=lambda one: one[1]):
         if deforms(own) and not scene.materials[name].stiff:
             raise SceneError(
-                f"materials.{name}.young is missing: block '{assembly.blocks[block].name}' is {own} and "
+                f"materials.{name}.young is missing: block '{assembly.blocks.names[block]}' is {own} and "
                 "needs Young's modulus in Pa; give it, or set fidelity = 'rigid'"
             )
         if own is not None and fidelity_of(own).yields and scene.materials[name].inelastic is None:
             raise SceneError(
-                f"materials.{name}.inelastic is missing: block '{assembly.blocks[block].name}' is {own} and "
+                f"materials.{name}.inelastic is missing: block '{assembly.blocks.names[block]}' is {own} and "
                 f"needs a table with the law by which its stone yields, one of {_laws()}; give it, or set "
                 "fidelity = 'elastic'"
             )
@@ -307,29 +356,29 @@ def meshed(stones: Stones, before: Stones | None = None, at: At | None = None) -
     assembly = stones.assembly
     shapes: list[Shape] = []
     origins: list[IntArray | None] = []  # old face of each face, where these have changed
-    number: dict[tuple[int, specs.MeshSettings | None], int] = {}
-    blocks = []
-    for block, own, wanted in zip(assembly.blocks, stones.fidelity, stones.mesh, strict=True):
-        key = (block.shape, wanted if deforms(own) else None)
-        if key not in number:
-            number[key] = len(shapes)
-            shape, origin = assembly.shapes[block.shape], None
-            if not deforms(own):
-                shape = replace(shape, mesh=None)
-            else:
-                fine = shape
-                if shape.mesh is None:
-                    fine, origin = faceted(shape, wanted)
-                mesh = _again(known, fine, wanted) or shape.mesh
-                mesh = mesh or mesh_shape(shape, wanted, assembly.dimension, fine.solid)
-                shape = replace(fine, mesh=mesh)
-            shapes.append(shape)
-            origins.append(origin)
-            if at is not None:
-                at(len(shapes), total=len(assembly.shapes))
-        blocks.append(replace(block, shape=number[key]))
-    clamps = {block: _moved(held, origins[blocks[block].shape]) for block, held in stones.clamps.items()}
-    return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)), clamps=clamps)
+    deforming = stones.where(deforms)
+    meshes = {mesh: at for at, mesh in enumerate(dict.fromkeys(stones.mesh))}
+    wanted_of = np.fromiter(map(meshes.__getitem__, stones.mesh), np.int64)
+    kinds = np.column_stack([assembly.blocks.shape, np.where(deforming, wanted_of, -1)])
+    number, first = numbered(kinds)
+    for block in first.tolist():
+        shape, origin = assembly.shapes[assembly.blocks.shape[block]], None
+        if not deforming[block]:
+            shape = replace(shape, mesh=None)
+        else:
+            fine, wanted = shape, stones.mesh[block]
+            if shape.mesh is None:
+                fine, origin = faceted(shape, wanted)
+            mesh = _again(known, fine, wanted) or shape.mesh
+            mesh = mesh or mesh_shape(shape, wanted, assembly.dimension, fine.solid)
+            shape = replace(fine, mesh=mesh)
+        shapes.append(shape)
+        origins.append(origin)
+        if at is not None:
+            at(len(shapes), total=len(assembly.shapes))
+    clamps = {block: _moved(held, origins[number[block]]) for block, held in stones.clamps.items()}
+    made = Assembly(assembly.dimension, shapes, replace(assembly.blocks, shape=number))
+    return replace(stones, assembly=made, clamps=clamps)
 
 
 def _moved(held: tuple[Clamp, ...], origin: IntArray | None) -> tuple[Clamp, ...]:
@@ -357,6 +406,6 @@ def _again(
 
 def typical_length(assembly: Assembly) -> float:
     """Mean over the blocks of the d-th root of their volume [m]."""
-    volumes = [shape.solid.mass_properties().volume for shape in assembly.shapes]
-    total = sum(volumes[block.shape] ** (1 / assembly.dimension) for block in assembly.blocks)
-    return total / max(1, len(assembly.blocks)) if assembly.blocks else math.nan
+    volumes = np.array([shape.solid.mass_properties().volume for shape in assembly.shapes])
+    lengths = volumes[assembly.blocks.shape] ** (1 / assembly.dimension)
+    return float(lengths.mean()) if len(lengths) else math.nan

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -122,20 +123,22 @@ def _fading(factor: float) -> float:
 
 def _numbers(built: Built, left: Left) -> IntArray:
     """Number in the structure that was left of each block, −1 of those that it has not, shape (b,)."""
-    known = {block.name: number for number, block in enumerate(left.stones.assembly.blocks)}
-    return np.array([known.get(block.name, -1) for block in built.stones.assembly.blocks], dtype=np.int64)
+    before = left.stones.assembly.blocks.names
+    known = dict(zip(before, range(len(before)), strict=True))
+    return np.fromiter(map(known.get, built.stones.assembly.blocks.names, repeat(-1)), np.int64)
 
 
 def _kinds(stones: Stones) -> np.ndarray:
     """As what each block is computed, in words, shape (b,)."""
-    return np.array([fidelity or SUPPORT for fidelity in stones.fidelity])
+    words = {own: own or SUPPORT for own in set(stones.fidelity)}
+    return np.array(list(map(words.__getitem__, stones.fidelity)))
 
 
 def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     """Refuse stones that are not those of the same name that were left."""
     here = np.flatnonzero(old >= 0)
     if not len(here):
-        known = [f"'{block.name}'" for block in left.stones.assembly.blocks]
+        known = [f"'{name}'" for name in left.stones.assembly.blocks.names]
         raise MasonryError(
             "the scene cannot start from the state that was left: it has none of the stones there, "
             f"{first_few(known, SHOWN)}. Expected stones of the same names; correct these, or leave it out"
@@ -147,7 +150,7 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     other = (was != now) & ~let_go & ~stops
     heavier = ~other & ~let_go & ~stops & (np.abs(mass - before) > ALIKE * before)
     gone = _elsewhere(built, left, here, there)
-    names = [built.stones.assembly.blocks[block].name for block in here]
+    names = [built.stones.assembly.blocks.names[block] for block in here]
     told = [f"'{names[k]}' was {was[k]}, and is {now[k]}" for k in np.flatnonzero(other)]
     told += [f"'{names[k]}' had another shape or place" for k in np.flatnonzero(gone)]
     told += [
@@ -171,7 +174,7 @@ def _tell_let_go(built: Built, left: Left, old: IntArray) -> None:
     """Tell which blocks were supports and are none: one may have been forgotten."""
     here = np.flatnonzero(old >= 0)
     free = (_kinds(left.stones)[old[here]] == SUPPORT) & (_kinds(built.stones)[here] != SUPPORT)
-    freed = [f"'{built.stones.assembly.blocks[block].name}'" for block in here[free]]
+    freed = [f"'{built.stones.assembly.blocks.names[block]}'" for block in here[free]]
     if freed:
         were = "was a support and is" if len(freed) == 1 else "were supports and are"
         remark(
@@ -208,7 +211,7 @@ def _remeshed(model: Model, left: Model, here: IntArray, there: IntArray) -> lis
             was, now = (
                 f"{len(one.cells)} elements with {len(one.points)} nodes" for one in (other.mesh, group.mesh)
             )
-            name = model.assembly.blocks[block].name
+            name = model.assembly.blocks.names[block]
             told.append(f"'{name}' had {was}" + (f", and has {now}" if was != now else " in other places"))
     return told
 
@@ -272,10 +275,8 @@ def _as_left(scene: specs.Scene, built: Built, base: Path, left: Left, old: IntA
     known = np.flatnonzero(old >= 0)
     known = known[was[old[known]] != now[known]]
     stones = left.stones
-    were = {
-        block.name: left.materials[name]
-        for block, name in zip(stones.assembly.blocks, stones.material, strict=True)
-    }
+    materials = map(left.materials.__getitem__, stones.material)
+    were = dict(zip(stones.assembly.blocks.names, materials, strict=True))
     ages = changed(scene, built.stones, were)
     if not len(known) and not ages:
         return built.model

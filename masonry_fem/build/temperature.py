@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from masonry_fem.build.stones import Stones, block_names
+from masonry_fem.build.stones import Stones, select_blocks
 from masonry_fem.build.supports import ramp, time_factor
 from masonry_fem.errors import SceneError
 from masonry_fem.fidelities import deforms
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import select
 
 # by block: strains, each with its factor in time
 type Expansions = dict[int, list[tuple[float, Callable[[float], float]]]]
@@ -31,10 +30,13 @@ def expansions(scene: specs.Scene, stones: Stones, base: Path) -> Expansions:
     SceneError : A selector selects nothing or supports only; a block cannot expand.
     """
     made: Expansions = {}
-    names = block_names(stones.assembly)
     for index, one in enumerate(scene.loads.temperatures):
         key = f"loads.temperatures.{index}.on"
-        free = [block for block in select(one.on, names, key) if stones.fidelity[block] is not None]
+        free = [
+            block
+            for block in select_blocks(one.on, stones.assembly.blocks, key)
+            if stones.fidelity[block] is not None
+        ]
         if one.material is not None:
             free = [block for block in free if stones.material[block] == one.material]
             if not free:
@@ -55,7 +57,7 @@ def expansions(scene: specs.Scene, stones: Stones, base: Path) -> Expansions:
 
 def _expansion(scene: specs.Scene, stones: Stones, block: int, key: str) -> float:
     """Strain of a block by each kelvin [1/K]."""
-    name, material = stones.assembly.blocks[block].name, stones.material[block]
+    name, material = stones.assembly.blocks.names[block], stones.material[block]
     if not deforms(stones.fidelity[block]):
         raise SceneError(
             f"{key}: block '{name}' is {stones.fidelity[block]} and cannot expand, expected blocks that "

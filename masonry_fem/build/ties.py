@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from masonry_fem.build.stones import Stones, block_names
+from masonry_fem.build.stones import Stones, select_blocks
 from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, local_frames
 from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.update import joined
@@ -24,7 +24,7 @@ from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.joints.laws.parts.tie import Tie
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import only, select
+from masonry_fem.scene.selector import only
 
 SHORT = 1e-6  # of a block's size: ends that are nearer to each other have no direction
 STIFFER = 1e3  # the other way round: how much less than its modulus a tie hardens where nothing is said
@@ -146,14 +146,14 @@ def _rest_length(own: list[specs.Tie], length: FloatArray) -> FloatArray:
 
 def _place(stones: Stones, point: specs.TiePoint, key: str) -> tuple[int, FloatArray]:
     """Block and point of an end."""
-    names, what = block_names(stones.assembly), f"{key}.block"
-    block = only(select(point.block, names, what), point.block, names, what)
+    blocks, what = stones.assembly.blocks, f"{key}.block"
+    block = only(select_blocks(point.block, blocks, what), point.block, blocks.names, what)
     solid = stones.assembly.solid(block)
     at = solid.mass_properties().centroid if point.point is None else np.array(point.point, dtype=float)
     low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
     away = float(np.linalg.norm(np.maximum(np.maximum(low - at, at - high), 0.0)))
     if away > 0.1 * float(np.linalg.norm(high - low)):
-        name = stones.assembly.blocks[block].name
+        name = stones.assembly.blocks.names[block]
         raise SceneError(
             f"{key}.point is {away:.3g} m outside '{name}', expected a point of the block in world "
             "coordinates; correct it, or name the block that it is on"
@@ -191,7 +191,7 @@ def _means(stones: Stones, blocks: IntArray, points: FloatArray, names: list[str
     rows, columns, values, width = [], [], [], 0
     ends = zip(blocks.ravel(), points.reshape(-1, points.shape[2]), strict=True)
     for row, (block, point) in enumerate(ends):
-        placed = assembly.blocks[block]
+        placed = assembly.blocks[int(block)]
         mesh = assembly.shapes[placed.shape].mesh
         if mesh is None:
             continue

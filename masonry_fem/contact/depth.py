@@ -21,6 +21,7 @@ from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.contacts import height, local_frames
 from masonry_fem.contact.facing import facing_rows
+from masonry_fem.contact.posed import corners
 from masonry_fem.contact.skin import Layout, Skin
 from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.assembly import Assembly
@@ -268,12 +269,13 @@ def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
 
     Supports do not move, so they may penetrate each other.
     """
-    vertices = [assembly.solid(number).vertices for number in range(len(assembly.blocks))]
-    start = np.cumsum([0, *(len(own) for own in vertices)])
-    shapes = np.array([block.shape for block in assembly.blocks])
+    padded, count = corners(assembly)
+    vertices = padded[np.arange(padded.shape[1]) < count[:, None]]
+    start = np.cumsum(count) - count
+    shapes = assembly.blocks.shape
     used = [np.flatnonzero(shapes == shape) for shape in np.unique(shapes)]
     skin = Skin.of(assembly, [Layout(int(shapes[own[0]]), False, own, start[own]) for own in used])
-    found = overlaps(skin, np.concatenate(vertices))
+    found = overlaps(skin, vertices)
     return [
         (one, two, depth)
         for (one, two), depth in zip(found.pairs.tolist(), found.depth.tolist(), strict=True)

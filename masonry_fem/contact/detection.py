@@ -81,7 +81,7 @@ def detect(
     size = typical_size(assembly, surfaces)
     far = REACH * size if reach is None else reach
     faces = pose_faces(assembly, surfaces)
-    support = np.array([block.support for block in assembly.blocks])
+    support = assembly.blocks.support
     low = np.minimum.reduceat(faces.points.min(axis=1), faces.first[:-1])
     high = np.maximum.reduceat(faces.points.max(axis=1), faces.first[:-1])
     # boxes that merely touch must be found, whatever the rounding
@@ -136,12 +136,12 @@ def _tell_slivers(assembly: Assembly, found: Interfaces, slivers: IntArray) -> N
     thin = np.unique(np.sort(slivers, axis=1), axis=0)
     lost = thin[~among(thin, found.pairs)].tolist()
     if lost:
-        names = [f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost]
+        names = [f"'{assembly.blocks.names[a]}' and '{assembly.blocks.names[b]}'" for a, b in lost]
         remark(
             "sliver",
             f"{first_few(names, SHOWN, noun='pairs')} have only a sliver in common, less than {SMALLEST:g} "
             "of a face, and are taken not to touch; widen the overlap, or part the blocks",
-            *(assembly.blocks[one].name for pair in lost for one in pair),
+            *(assembly.blocks.names[one] for pair in lost for one in pair),
         )
 
 

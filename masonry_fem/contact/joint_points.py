@@ -71,7 +71,7 @@ class JointPoints(NamedTuple):
         ExtensionError : A user's rule returns no ``Spots``, or arrays of the wrong shapes.
         """
         kinds = {rule: number for number, rule in enumerate(dict.fromkeys(rules))}
-        rule = np.array([kinds[one] for one in rules])
+        rule = np.fromiter(map(kinds.__getitem__, rules), np.int64)
         frames = local_frames(interfaces.normal)
         group = _round_groups(assembly, surfaces, interfaces, rule, list(kinds))
         rows, count = np.argsort(group, kind="stable"), np.bincount(group)

@@ -177,7 +177,7 @@ def _tell_round(assembly: Assembly, spots: Sequence[Spots]) -> None:
     ]
     if found:
         rise, patch = max(found, key=lambda one: one[0])
-        blocks = [assembly.blocks[side.block].name for side in patch.sides]
+        blocks = [assembly.blocks.names[side.block] for side in patch.sides]
         remark(
             "round_faces",
             f"round faces touch in {counted(len(found), 'place')}, worst between '{blocks[0]}' and "

@@ -69,7 +69,7 @@ class Posed:
             faces[shape],
             np.array([surface.convex for surface in surfaces])[shape],
             *_all_edges(solids, shape),
-            np.array([block.support for block in assembly.blocks]),
+            assembly.blocks.support,
             np.array([text for solid in solids for text in solid.labels], dtype=object),
             np.cumsum([0, *(len(solid.labels) for solid in solids)])[:-1],
         )
@@ -143,7 +143,7 @@ def clearances(
 def poses(assembly: Assembly) -> tuple[IntArray, FloatArray, FloatArray]:
     """Shape (b,), rotation (b, d, d) and translation (b, d) of each block."""
     return (
-        np.array([block.shape for block in assembly.blocks], dtype=np.int64),
-        np.array([block.pose.rotation for block in assembly.blocks]),
-        np.array([block.pose.translation for block in assembly.blocks]),
+        assembly.blocks.shape,
+        assembly.blocks.rotation,
+        assembly.blocks.translation,
     )

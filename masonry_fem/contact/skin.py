@@ -122,7 +122,7 @@ class Skin:
             hollow=hollow,
             size=size,
             meshed=meshed,
-            support=np.array([block.support for block in assembly.blocks]),
+            support=assembly.blocks.support,
         )
 
     def boxes(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -58,7 +58,7 @@ def round_joints(assembly: Assembly, interfaces: Interfaces, smooth: Sequence[In
     smooth : Of each shape the round face of each of its faces, from ``smooth_faces``.
     """
     first = np.cumsum([0, *map(len, smooth)])
-    of_shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
+    of_shape = assembly.blocks.shape
     whole = (interfaces.area > 0) & ~interfaces.tie
     faces = np.where(whole[:, None], interfaces.faces, 0)
     sides = np.stack(

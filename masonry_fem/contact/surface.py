@@ -156,12 +156,12 @@ def pose_faces(assembly: Assembly, surfaces: tuple[Surface, ...]) -> PosedFaces:
     surfaces : Surface of each of its shapes, from ``surfaces_of``.
     """
     d = assembly.dimension
-    of_block = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
+    of_block = assembly.blocks.shape
     count = np.array([len(surface.face) for surface in surfaces], dtype=np.int64)[of_block]
     first = np.concatenate([[0], np.cumsum(count)])
     total, most = int(first[-1]), max(surface.pieces.shape[1] for surface in surfaces)
-    rotation = np.array([block.pose.rotation for block in assembly.blocks])
-    translation = np.array([block.pose.translation for block in assembly.blocks])
+    rotation = assembly.blocks.rotation
+    translation = assembly.blocks.translation
     points, normal = np.empty((total, most, d)), np.empty((total, d))
     index = np.arange(total)
     block = np.repeat(np.arange(len(of_block)), count)
@@ -193,7 +193,7 @@ def typical_size(assembly: Assembly, surfaces: tuple[Surface, ...]) -> float:
     assembly : Blocks.
     surfaces : Surface of each of its shapes.
     """
-    return float(np.median([surfaces[block.shape].size for block in assembly.blocks]))
+    return float(np.median(np.array([surface.size for surface in surfaces])[assembly.blocks.shape]))
 
 
 def face_mesh(mesh: Mesh, faces: Sequence[int]) -> FaceMesh:

@@ -19,7 +19,7 @@ from masonry_fem.contact.contacts import Contacts
 from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
-from masonry_fem.solid.pose import FloatArray, Pose
+from masonry_fem.solid.pose import FloatArray
 
 
 def moved(assembly: Assembly, rotation: FloatArray, translation: FloatArray) -> Assembly:
@@ -31,11 +31,9 @@ def moved(assembly: Assembly, rotation: FloatArray, translation: FloatArray) -> 
     rotation : R of each block, shape (b, d, d).
     translation : t of each block, shape (b, d) [m].
     """
-    blocks = tuple(
-        replace(block, pose=Pose(turn @ block.pose.rotation, turn @ block.pose.translation + shift))
-        for block, turn, shift in zip(assembly.blocks, rotation, translation, strict=True)
-    )
-    return replace(assembly, blocks=blocks)
+    blocks = assembly.blocks
+    place = np.einsum("bij,bj->bi", rotation, blocks.translation) + translation
+    return replace(assembly, blocks=replace(blocks, rotation=rotation @ blocks.rotation, translation=place))
 
 
 def returned(contacts: Contacts, rotation: FloatArray, translation: FloatArray) -> Contacts:

@@ -55,7 +55,7 @@ from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.constitution import Constitution, LinearElasticity, Memory, dot, times
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.modes import RigidModes, rigid_modes
-from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.pose import Poses
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class CorotationalGroup(Deformable[TurningState]):
     turns = True
 
     def __init__(
-        self, blocks: IntArray, names: Sequence[str], poses: Sequence[Pose], operators: ShapeOperators,
+        self, blocks: IntArray, names: Sequence[str], poses: Poses, operators: ShapeOperators,
         constitution: Constitution | None = None, kind: str = "elastic",
     ) -> None:  # fmt: skip
         mesh = operators.mesh

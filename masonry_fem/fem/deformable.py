@@ -21,7 +21,7 @@ from masonry_fem.fem.meshed import Meshed
 from masonry_fem.fem.modes import RigidModes
 from masonry_fem.fem.stress import StressRecovery
 from masonry_fem.fem.tangent import TangentCompliance
-from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.pose import Poses
 
 KEPT_FACTORS = 3  # a march alternates between few schemes
 # Of the forces that would hold what heated stones grow by: where these cancel 1e-12 of them is rounding,
@@ -85,7 +85,7 @@ class Deformable[S: Deformed](Meshed[S]):
         self,
         blocks: IntArray,
         names: Sequence[str],
-        poses: Sequence[Pose],
+        poses: Poses,
         operators: ShapeOperators,
         modes: RigidModes,
         free_dofs: IntArray,

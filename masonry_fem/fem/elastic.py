@@ -44,7 +44,7 @@ from masonry_fem.fem.constitution import Constitution, LinearElasticity, times
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import rigid_modes
-from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.pose import Poses
 
 # Of the forces that would hold what heated stones grow by: where these cancel 1e-12 of them is rounding,
 # and what is written is to balance to 1e-6 of this share.
@@ -73,7 +73,7 @@ class ElasticGroup(Deformable[ElasticState]):
         self,
         blocks: IntArray,
         names: Sequence[str],
-        poses: Sequence[Pose],
+        poses: Poses,
         operators: ShapeOperators,
         clamps: Faces = (),
         motions: Sequence[Sequence[Motion | None]] | None = None,
@@ -81,10 +81,8 @@ class ElasticGroup(Deformable[ElasticState]):
         constitution: Constitution | None = None,
         kind: str = "elastic",
     ) -> None:
-        rotation = np.array([pose.rotation for pose in poses])
-        translation = np.array([pose.translation for pose in poses])
         mesh = operators.mesh
-        self.clamping = Clamping(mesh, clamps, motions, rotation, translation, names[0])
+        self.clamping = Clamping(mesh, clamps, motions, *poses, names[0])
         self.holds: Holds = self.clamping.holds
         modes = rigid_modes(mesh.points, operators.mass, self.holds.free)
         own = LinearElasticity(operators) if constitution is None else constitution

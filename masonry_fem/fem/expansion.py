@@ -1,6 +1,6 @@
 """Expansion: strains that temperature gives to stones, and the stresses of elastic stones that have them.
 
-warming = Warming.of([[(8e-6 * 20.0, ramp)], []])   # of two blocks: strains times functions of time
+warming = Warming.of({0: [(8e-6 * 20.0, ramp)]}, np.arange(2))   # strains times functions of time
 warming.strain(time)                                # e, the same in all directions, (b,)
 constitution = ThermoElasticity(operators, warming)
 
@@ -10,7 +10,7 @@ works by −σ : 1 ė on the stone; this is neither work of forces nor lost, but
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self, override
@@ -21,6 +21,7 @@ from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Confined, FloatArray, LinearElasticity, Strained, dot, times
 from masonry_fem.fem.material_law import UNIT
 from masonry_fem.fem.strains import Strains
+from masonry_fem.solid.mesh import IntArray
 
 Change = tuple[float, Callable[[float], float]]  # a strain, and the factor that it has in time
 
@@ -38,16 +39,22 @@ class Warming:
     factors: tuple[Callable[[float], float], ...]
 
     @classmethod
-    def of(cls, changes: Sequence[Sequence[Change]]) -> Self | None:
-        """Of the changes of each block; None where there are none."""
-        factors = {id(factor): factor for own in changes for _, factor in own}
+    def of(cls, changes: Mapping[int, Sequence[Change]], blocks: IntArray) -> Self | None:
+        """Of the changes of some blocks, by number; None where there are none.
+
+        Parameters
+        ----------
+        changes : By block. blocks : Whose they are, ascending, shape (b,).
+        """
+        changed = np.intersect1d(blocks, np.array(list(changes), dtype=np.int64)).tolist()
+        factors = {id(factor): factor for block in changed for _, factor in changes[block]}
         if not factors:
             return None
         row = {key: place for place, key in enumerate(factors)}
-        strains = np.zeros((len(factors), len(changes)))
-        for block, own in enumerate(changes):
-            for strain, factor in own:
-                strains[row[id(factor)], block] += strain
+        strains = np.zeros((len(factors), len(blocks)))
+        for body, block in zip(np.searchsorted(blocks, changed).tolist(), changed, strict=True):
+            for strain, factor in changes[block]:
+                strains[row[id(factor)], body] += strain
         return cls(strains, tuple(factors.values()))
 
     def strain(self, time: float) -> FloatArray:

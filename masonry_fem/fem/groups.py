@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 
 import numpy as np
 
 from masonry_fem.bodies.support import Clamp
+from masonry_fem.contact.interfaces import numbered
 from masonry_fem.errors import GeometryError, LawError, SceneError
 from masonry_fem.fem.assemble import ShapeOperators, assemble_shapes
 from masonry_fem.fem.clamp import Faces
@@ -19,9 +21,8 @@ from masonry_fem.fem.inelastic import Inelasticity
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.fem.promotion import Promotion
 from masonry_fem.fem.reduced import ReducedCorotationalGroup, ReducedElasticGroup
-from masonry_fem.solid.assembly import Assembly
-from masonry_fem.solid.mesh import Mesh
-from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.assembly import Assembly, taken
+from masonry_fem.solid.mesh import IntArray, Mesh
 
 Group = ElasticGroup | CorotationalGroup
 _Stuff = tuple[int, bytes, ElasticMaterial]
@@ -83,15 +84,12 @@ def elastic_groups(
         If a material's law does not go with its stone or its elements.
     """
     clamped = clamps or {}
-    kinds: dict[_Kind, list[int]] = {}
-    for block in sorted(materials):
-        found = _kind(assembly, block, materials[block], clamped.get(block, ()), (apart or {}).get(block, 0))
-        kinds.setdefault(found, []).append(block)
+    kinds = _kinds(assembly, materials, clamped, apart or {})
     operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
     for alike, members in kinds.items():
-        warm = Warming.of([(warming or {}).get(block, ()) for block in members])
-        own = _constitution(operators[alike.stuff], assembly.blocks[members[0]].name, warm)
+        warm = Warming.of(warming or {}, members)
+        own = _constitution(operators[alike.stuff], assembly.blocks.names[members[0]], warm)
         group = _group(assembly, alike, members, operators[alike.stuff], own, clamped, turns, kind)
         for known in before:
             group.share(known)
@@ -99,9 +97,31 @@ def elastic_groups(
     return tuple(groups)
 
 
+def _kinds(
+    assembly: Assembly,
+    materials: Mapping[int, ElasticMaterial],
+    clamps: Mapping[int, Sequence[Clamp]],
+    apart: Mapping[int, int],
+) -> dict[_Kind, IntArray]:
+    """The blocks of each kind, ascending, in the order of their first ones."""
+    blocks = np.array(sorted(materials), dtype=np.int64)
+    own = np.fromiter(map(id, map(materials.__getitem__, blocks.tolist())), np.int64, len(blocks))
+    other = np.fromiter(map(apart.get, blocks.tolist(), repeat(0)), np.int64, len(blocks))
+    # blocks that are held are looked at one by one
+    single = np.where(np.isin(blocks, list(clamps)), blocks, -1)
+    number, first = numbered(np.column_stack([assembly.blocks.shape[blocks], own, other, single]))
+    order = np.argsort(number, kind="stable")
+    members = np.split(blocks[order], np.cumsum(np.bincount(number))[:-1])
+    kinds: dict[_Kind, list[IntArray]] = {}
+    for block, alike in zip(blocks[first].tolist(), members, strict=False):
+        found = _kind(assembly, block, materials[block], clamps.get(block, ()), apart.get(block, 0))
+        kinds.setdefault(found, []).append(alike)
+    return {kind: np.sort(np.concatenate(alike)) for kind, alike in kinds.items()}
+
+
 def _operators(
     assembly: Assembly,
-    kinds: Mapping[_Kind, list[int]],
+    kinds: Mapping[_Kind, IntArray],
     plane: Plane,
     lumped: bool,
     before: Sequence[Group],
@@ -109,7 +129,7 @@ def _operators(
     """Matrices of each distinct mesh and material, those of ``before`` where it has them."""
     meshes: dict[_Stuff, Mesh] = {}
     for kind, members in kinds.items():
-        meshes.setdefault(kind.stuff, _mesh(assembly, members[0], kind))
+        meshes.setdefault(kind.stuff, _mesh(assembly, int(members[0]), kind))
     known = {(id(group.mesh), group.operators.material): group.operators for group in before}
     found = {stuff: known.get((id(mesh), stuff[2])) for stuff, mesh in meshes.items()}
     new = [stuff for stuff, own in found.items() if own is None]
@@ -131,7 +151,7 @@ def _constitution(operators: ShapeOperators, name: str, warming: Warming | None)
 def _group(
     assembly: Assembly,
     kind: _Kind,
-    members: list[int],
+    members: IntArray,
     operators: ShapeOperators,
     constitution: Constitution,
     clamps: Mapping[int, Sequence[Clamp]],
@@ -139,22 +159,24 @@ def _group(
     fidelity: str,
 ) -> Group:
     """The blocks of one kind."""
-    stones = [assembly.blocks[block] for block in members]
-    poses, names = [stone.pose for stone in stones], [stone.name for stone in stones]
+    blocks, names = assembly.blocks, taken(assembly.blocks.names, members)
+    poses = blocks.rotation[members], blocks.translation[members]
     reduced = operators.material.degree > 0
     if turns and not kind.held:
         turning = ReducedCorotationalGroup if reduced else CorotationalGroup
-        return turning(np.array(members), names, poses, operators, constitution, fidelity)
+        return turning(members, names, poses, operators, constitution, fidelity)
     if kind.turn:
-        poses = [Pose(np.eye(assembly.dimension), pose.translation) for pose in poses]
+        poses = np.tile(np.eye(assembly.dimension), (len(members), 1, 1)), poses[1]
     small = ReducedElasticGroup if reduced else ElasticGroup
     return small(
-        np.array(members),
+        members,
         names,
         poses,
         operators,
         kind.held,
-        [[clamp.motion for clamp in clamps.get(block, ())] for block in members],
+        [[clamp.motion for clamp in own] for own in map(clamps.get, members.tolist(), repeat(()))]
+        if kind.held
+        else [[]] * len(members),
         assembly.shapes[kind.shape].solid.names,
         constitution,
         fidelity,

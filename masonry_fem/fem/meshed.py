@@ -20,7 +20,7 @@ from masonry_fem.fem.constitution import Memory
 from masonry_fem.fem.locate import in_cells
 from masonry_fem.fem.modes import RigidModes
 from masonry_fem.fem.traction import face_weights, submerged_weights
-from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.pose import Poses
 from masonry_fem.solid.submerged import Submerged
 
 
@@ -67,14 +67,13 @@ class Meshed[S](ABC):
         self,
         blocks: IntArray,
         names: Sequence[str],
-        poses: Sequence[Pose],
+        poses: Poses,
         operators: ShapeOperators,
         modes: RigidModes,
     ) -> None:
         self.blocks = blocks
         self.names = tuple(names)
-        self.rotation: FloatArray = np.array([pose.rotation for pose in poses])
-        self.translation: FloatArray = np.array([pose.translation for pose in poses])
+        self.rotation, self.translation = poses
         self.operators, self.modes = operators, modes
         self.mesh = operators.mesh
         self.dimension = operators.mesh.dimension

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 
+from masonry_fem.contact.interfaces import numbered
 from masonry_fem.fidelities import Fidelity, Given
 from masonry_fem.host import installation
+from masonry_fem.solid.assembly import taken
 
 if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
     from masonry_fem.fem.material_law import MaterialLaw
     from masonry_fem.fem.orthotropic import Orthotropic
-    from masonry_fem.scene.material import Orthotropy
+    from masonry_fem.scene.material import Material, Orthotropy
 
 
 def _orthotropic(stone: Orthotropy, rotation: np.ndarray) -> Orthotropic:
@@ -61,29 +63,42 @@ class Elastic(Fidelity):
         Parameters
         ----------
         given : The stones.
-        laws : By which blocks yield; the others stay elastic.
+        laws : By which materials yield, by their ``id``; the others stay elastic.
         promote : Whether they do so only once their stress comes near to their strength.
         reduced : Whether blocks deform by polynomials of their material's degree only.
         """
         from masonry_fem.fem.groups import elastic_groups  # noqa: PLC0415
         from masonry_fem.fem.material import ElasticMaterial  # noqa: PLC0415
 
-        materials = {}
-        for block, stone in given.materials.items():
-            damping, law = stone.damping, None if laws is None else laws.get(block)
+        blocks = np.array(list(given.materials), dtype=np.int64)
+        kinds = np.fromiter(map(id, given.materials.values()), np.int64, len(blocks))
+        rotation = given.assembly.blocks.rotation[blocks]
+        # the axes of stone that is stiffer in some directions turn with the blocks
+        turned = np.isin(kinds, [id(s) for s in distinct(given) if s.orthotropic is not None])
+        rotation[~turned] = 0.0
+        number, first = numbered(np.column_stack([kinds, rotation.reshape(len(blocks), -1)]))
+        made = []
+        for block, turn in zip(blocks[first].tolist(), rotation[first], strict=True):
+            stone = given.materials[block]
+            damping, law = stone.damping, None if laws is None else laws.get(id(stone))
             own, young = None, stone.young
             if stone.orthotropic is not None:
-                rotation = given.assembly.blocks[block].pose.rotation
-                own, young = _orthotropic(stone.orthotropic, rotation), max(stone.orthotropic.young)
+                own, young = _orthotropic(stone.orthotropic, turn), max(stone.orthotropic.young)
             assert young is not None  # checked when the stones were laid
-            materials[block] = ElasticMaterial(
+            made.append(ElasticMaterial(
                 young, stone.poisson, stone.density, damping.mass, damping.stiffness,
                 law, stone.promote_at if promote and law is not None else 0.0, own,
                 stone.degree if reduced else 0,
-            )  # fmt: skip
+            ))  # fmt: skip
         before = cast("tuple[Group, ...]", given.before)
         assert cls.name is not None
         return elastic_groups(
-            given.assembly, materials, given.clamps, given.plane, given.lumped, before, given.turns, cls.name,
-            given.warming, {block: id(stone) for block, stone in given.materials.items()},
+            given.assembly, dict(zip(blocks.tolist(), taken(made, number), strict=True)), given.clamps,
+            given.plane, given.lumped, before, given.turns, cls.name,
+            given.warming, dict(zip(blocks.tolist(), kinds.tolist(), strict=True)),
         )  # fmt: skip
+
+
+def distinct(given: Given) -> list[Material]:
+    """The materials of the stones, each once."""
+    return list(dict(zip(map(id, given.materials.values()), given.materials.values(), strict=True)).values())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, override
 
 from masonry_fem.fidelities import Given
-from masonry_fem.fidelities.elastic import Elastic
+from masonry_fem.fidelities.elastic import Elastic, distinct
 
 if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
@@ -31,8 +31,6 @@ class Inelastic(Elastic):
         from masonry_fem.fem.plane_stress import PlaneStress  # noqa: PLC0415
 
         free = given.assembly.dimension == 2 and given.plane == "stress"
-        stones = {block: stone for block, stone in given.materials.items() if stone.inelastic is not None}
-        own = {id(stone): given.law(stone) for stone in stones.values()}
+        own = {id(stone): given.law(stone) for stone in distinct(given) if stone.inelastic is not None}
         laws = {key: PlaneStress(law) if free else law for key, law in own.items()}
-        yields = {block: laws[id(stone)] for block, stone in stones.items()}
-        return cls.made(given, yields, promote=cls.promotes)
+        return cls.made(given, laws, promote=cls.promotes)

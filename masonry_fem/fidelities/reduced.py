@@ -39,9 +39,9 @@ class Reduced(Elastic):
         SceneError
             If a face of such a block is held.
         """
-        for block in given.materials:
-            for clamp in given.clamps.get(block, ()):
-                name = given.assembly.blocks[block].name
+        for block, clamps in given.clamps.items():
+            for clamp in clamps if block in given.materials else ():
+                name = given.assembly.blocks.names[block]
                 raise SceneError(
                     f"block '{name}' is reduced and its face {clamp.face} is held, expected reduced blocks "
                     "whose faces are all free: their modes bend every face; set its fidelity = 'elastic', or "

@@ -115,7 +115,7 @@ def _parts(laws: Assignment) -> Iterator[tuple[Law, NDArray[np.int64]]]:
 
 def _where(model: Model, points: NDArray[np.int64]) -> str:
     """The first of the joints that have a law, for messages."""
-    first, second = (model.assembly.blocks[block].name for block in model.contacts.blocks[points[0]])
+    first, second = (model.assembly.blocks.names[block] for block in model.contacts.blocks[points[0]])
     return f"the joint of '{first}' and '{second}'"
 
 

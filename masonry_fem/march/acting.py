@@ -70,7 +70,7 @@ def extents(assembly: Assembly) -> FloatArray:
     found = np.array(
         [float(np.linalg.norm(np.ptp(shape.solid.vertices, axis=0))) for shape in assembly.shapes]
     )
-    size: FloatArray = found[[block.shape for block in assembly.blocks]]
+    size: FloatArray = found[assembly.blocks.shape]
     return size
 
 

@@ -54,7 +54,7 @@ def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]
         stretched = np.abs(np.linalg.eigvalsh(0.5 * (gradient + across))).max(axis=1)
         spun = np.linalg.norm(0.5 * (gradient - across), axis=(1, 2)) / math.sqrt(2)
         names = [
-            model.assembly.blocks[group.blocks[int(values.argmax())]].name for values in (stretched, spun)
+            model.assembly.blocks.names[group.blocks[int(values.argmax())]] for values in (stretched, spun)
         ]
         if not stretched.max() <= strain:
             strain, strained = float(stretched.max()), names[0]

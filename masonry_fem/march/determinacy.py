@@ -120,7 +120,7 @@ def _supports_determined(
     told = determined_resultants(made.problem, made.solution, support, rows, solutions=found)
     for block, determined in zip(told.interface.tolist(), told.determined, strict=True):
         if block >= 0:
-            known[model.assembly.blocks[block].name] = determined
+            known[model.assembly.blocks.names[block]] = determined
     return known
 
 

@@ -153,7 +153,7 @@ class Lookout:
 
     def _layouts(self) -> list[Layout]:
         """Where the nodes of the blocks stand in the positions of all groups, one shape a layout."""
-        shapes = np.array([block.shape for block in self._model.assembly.blocks])
+        shapes = self._model.assembly.blocks.shape
         layouts, start = [], 0
         for group in self._model.groups:
             meshed = group.cell is not None

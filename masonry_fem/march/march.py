@@ -461,7 +461,7 @@ def _with_cure(objection: str, model: Model, pair: tuple[str, ...], *, static: b
 
 def _impacts(model: Model, pair: tuple[str, ...]) -> bool:
     """Whether contacts between two blocks are written in velocities."""
-    names = np.array([block.name for block in model.assembly.blocks])
+    names = np.array(model.assembly.blocks.names)
     between = np.isin(names[model.contacts.blocks], pair).all(axis=1)
     return bool((between & model.laws.in_velocities).any())
 

@@ -93,7 +93,7 @@ def _unsettled(model: Model, made: Increment) -> str:
     """The stone whose stresses leave the most of balance, and why, in words; "" where all balance."""
     if made.unsettled is None:
         return ""
-    name = model.assembly.blocks[made.unsettled].name
+    name = model.assembly.blocks.names[made.unsettled]
     (group,) = (group for group in model.groups if made.unsettled in group.blocks)
     if not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE:
         return (
@@ -134,7 +134,7 @@ def support_resultants(model: Model, made: Increment, contact: FloatArray) -> di
     given: dict[str, FloatArray] = {}
     for index, group in enumerate(model.groups):
         if group.prescribed:
-            names = [model.assembly.blocks[block].name for block in group.blocks]
+            names = [model.assembly.blocks.names[block] for block in group.blocks]
             given |= dict(zip(names, -contact[group.blocks], strict=True))
         else:
             given |= group.clamp_reactions(
@@ -241,7 +241,7 @@ def moving_blocks(model: Model, state: SystemState) -> list[tuple[str, float, st
             mean = field.mean(axis=0)
             turn = float(np.linalg.norm(field - mean, axis=1).max())
             speed = float(np.linalg.norm(field, axis=1).max())
-            found.append((model.assembly.blocks[block].name, speed, _way(turn, float(mean[-1]), speed)))
+            found.append((model.assembly.blocks.names[block], speed, _way(turn, float(mean[-1]), speed)))
     fastest = max((speed for _, speed, _ in found), default=0.0)
     moving = [entry for entry in found if entry[1] > MOVING * fastest and fastest > 0]
     return sorted(moving, key=lambda entry: -entry[1])

@@ -184,7 +184,7 @@ def _joint(
     at = points.at[telling].mean(axis=0)
     first, second = interface.blocks
     slip = motion.at(np.array([first]), at[None])[0] - motion.at(np.array([second]), at[None])[0]
-    names = tuple(model.assembly.blocks[block].name for block in interface.blocks)
+    names = tuple(model.assembly.blocks.names[block] for block in interface.blocks)
     turn = motion.spin[first] - motion.spin[second]
     return Joint(
         interface=int(facets[0]),
@@ -203,7 +203,7 @@ def _parts(
     model: Model, motion: BlockMotion, closed: Sequence[int], moves: NDArray[np.bool_]
 ) -> tuple[Part, ...]:
     """The moving blocks, joined by interfaces that stay ``closed``."""
-    names = [block.name for block in model.assembly.blocks]
+    names = model.assembly.blocks.names
     pairs = model.interfaces.blocks[closed]
     links = sparse.coo_array(
         (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(names), len(names))
@@ -216,14 +216,14 @@ def _parts(
     return tuple(_part(names, motion, np.array(numbers)) for numbers in members.values())
 
 
-def _part(names: list[str], motion: BlockMotion, numbers: IntArray) -> Part:
+def _part(names: Sequence[str], motion: BlockMotion, numbers: IntArray) -> Part:
     at = motion.centre[numbers].mean(axis=0)
     velocity = motion.at(numbers, np.broadcast_to(at, (len(numbers), len(at)))).mean(axis=0)
     return _moving(names, motion, numbers, at, velocity, motion.spin[numbers].mean(axis=0))
 
 
 def _moving(
-    names: list[str], motion: BlockMotion, numbers: IntArray, at: FloatArray, velocity: FloatArray,
+    names: Sequence[str], motion: BlockMotion, numbers: IntArray, at: FloatArray, velocity: FloatArray,
     spin: FloatArray, straight: float = STRAIGHT,
 ) -> Part:  # fmt: skip
     """The part of some blocks with a velocity ``at`` a point, and its pole where it is not ``straight``."""
@@ -239,7 +239,7 @@ def _moving(
 
 def _macroblocks(model: Model, motion: BlockMotion, parts: Sequence[Part]) -> tuple[Part, ...]:
     """The parts in groups that move nearly as one."""
-    names = [block.name for block in model.assembly.blocks]
+    names = model.assembly.blocks.names
     numbers = np.array(sorted(number for part in parts for number in part.numbers))
     corners = [motion.corners[number] for number in numbers.tolist()]
     owner = np.repeat(np.arange(len(numbers)), [len(own) for own in corners])

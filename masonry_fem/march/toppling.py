@@ -56,7 +56,7 @@ class Toppling:
         pull = np.zeros(d) if gravity is None else np.array(gravity, dtype=float)
         size = float(np.linalg.norm(pull))
         self._up = -pull / size if size else np.eye(d)[-1]
-        self._names = [block.name for block in model.assembly.blocks]
+        self._names = model.assembly.blocks.names
         self._free = [
             (index, _Posture(group, state, self._up))
             for index, (group, state) in enumerate(zip(model.groups, bodies, strict=True))

@@ -173,7 +173,7 @@ def tell_promoted(model: Model, state: SystemState) -> None:
     model : The structure. state : Where its march ended.
     """
     times = {
-        model.assembly.blocks[block].name: since
+        model.assembly.blocks.names[block]: since
         for group, own in zip(model.groups, state.bodies, strict=True)
         if group.nonlinear and (known := nonlinear(group).promoted(own)) is not None
         for block, since in zip(group.blocks.tolist(), known.tolist(), strict=True)
@@ -211,7 +211,7 @@ def tell_flowed(model: Model, state: SystemState) -> str:
         if plastic is not None:
             means = plastic.mean(axis=(1, 2))
             for body in np.flatnonzero(means > FAR).tolist():
-                name = model.assembly.blocks[group.blocks[body]].name
+                name = model.assembly.blocks.names[group.blocks[body]]
                 strains[name] = (float(means[body]), nonlinear(group).material_name)
     if not strains:
         return ""

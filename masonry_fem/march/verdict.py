@@ -97,7 +97,7 @@ def _where(end: End) -> str:
     """The joint whose state changed most, and its law, in words."""
     contact, model = end.made.restless, end.model
     assert contact is not None  # as its state changed
-    names = [model.assembly.blocks[block].name for block in model.contacts.blocks[contact]]
+    names = [model.assembly.blocks.names[block] for block in model.contacts.blocks[contact]]
     (law,) = (law for law, contacts in model.laws.parts if contact in contacts)
     layers = ", ".join(f"'{layer.name}'" for layer in layers_of(law))
     return f" at that of '{names[0]}' and '{names[1]}' ({layers})"

@@ -55,7 +55,7 @@ class Witness:
     """
 
     def __init__(self, model: Model, bodies: tuple[Any, ...]) -> None:
-        self._names = [block.name for block in model.assembly.blocks]
+        self._names = model.assembly.blocks.names
         self.balance, self.turning, self.overlap = Worst(), Worst(), Worst()
         self._last = Worst()
         self.lookout = Lookout(model, bodies)

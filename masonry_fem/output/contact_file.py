@@ -25,7 +25,7 @@ def found_arrays(made: Increment, model: Model) -> dict[str, NDArray[Any]]:
     model : Its model.
     """
     active, here = made.contacts, made.here
-    names = [block.name for block in model.assembly.blocks]
+    names = model.assembly.blocks.names
     solved = [block for group in model.groups if not group.prescribed for block in group.blocks.tolist()]
     return {
         "impulse": made.impulse[active],

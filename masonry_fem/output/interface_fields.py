@@ -94,6 +94,6 @@ def interface_name(model: Model, number: int) -> str:
     number : Of the interface.
     """
     interface = model.interfaces[number]
-    candidate, antagonist = (model.assembly.blocks[block].name for block in interface.blocks)
+    candidate, antagonist = (model.assembly.blocks.names[block] for block in interface.blocks)
     label = f" ({interface.label})" if interface.label else ""
     return f"{candidate} / {antagonist}{label}"

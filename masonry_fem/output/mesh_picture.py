@@ -37,7 +37,7 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
     """
     directory = Path(directory)
     grid = grid_of(model, shells=True)
-    shape = np.array([block.shape for block in model.assembly.blocks])
+    shape = model.assembly.blocks.shape
     arrays: fields.Arrays = {
         fields.BLOCK: grid.cell_block,
         fields.GROUP: grid.cell_group,
@@ -46,7 +46,7 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
     }
     paths = [directory / "mesh.vtu"]
     names: fields.Arrays = {
-        "block_names": named([block.name for block in model.assembly.blocks]),
+        "block_names": named(model.assembly.blocks.names),
         "shape_names": named([one.name for one in model.assembly.shapes]),
         "fidelity_names": named(fidelity_names()),
     }
@@ -61,7 +61,7 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
 def draw_mesh(model: Model, path: Path, title: str = "") -> Path:
     """Blocks coloured by shape, with the edges of their elements."""
     grid = grid_of(model)
-    shape = np.array([block.shape for block in model.assembly.blocks])
+    shape = model.assembly.blocks.shape
     blocks = pyvista_grid(grid)
     blocks.cell_data["shape"] = shape[grid.cell_block]
     surface = surface_of(blocks)

@@ -93,13 +93,14 @@ def unjudged(errors: BlockErrors, model: Model) -> Mask:
     errors : Of k blocks.
     model : The structure.
     """
-    thin = [
+    thin = np.array([
         shape.mesh is not None
         and shape.mesh.order == 1
         and len(np.unique(shape.mesh.facets)) == len(shape.mesh.points)
         for shape in model.assembly.shapes
-    ]
-    return np.array([thin[model.assembly.blocks[int(block)].shape] for block in errors.block], dtype=bool)
+    ])  # fmt: skip
+    told: Mask = thin[model.assembly.blocks.shape[errors.block]]
+    return told
 
 
 class BlockError(Told, frozen=True, kw_only=True):
@@ -134,14 +135,15 @@ def told(errors: BlockErrors, model: Model) -> StressError:
     errors : Of the blocks that have stresses.
     model : The structure, which has the blocks' names.
     """
-    names = [model.assembly.blocks[int(block)].name for block in errors.block]
+    names = model.assembly.blocks.names
     share, whole, mean = (values.tolist() for values in (errors.share, errors.of_whole, errors.of_mean))
     worst = np.argsort(-errors.share, kind="stable")[:TOP].tolist()
     return StressError(
         relative=errors.relative,
         unjudged=int(unjudged(errors, model).sum()),
         worst=tuple(
-            BlockError(block=names[i], share=share[i], relative=whole[i], density=mean[i]) for i in worst
+            BlockError(block=names[errors.block[i]], share=share[i], relative=whole[i], density=mean[i])
+            for i in worst
         ),
     )
 

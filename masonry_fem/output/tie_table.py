@@ -37,7 +37,7 @@ def tie_columns(model: Model, told: TieForces) -> dict[str, list[Any]]:
     """
     flat = model.assembly.dimension == 2
     blocks = model.contacts.blocks[told.contacts].tolist()
-    names = [[model.assembly.blocks[block].name for block in pair] for pair in blocks]
+    names = [[model.assembly.blocks.names[block] for block in pair] for pair in blocks]
     columns: dict[str, list[Any]] = {
         "tie": list(told.names),
         "from": [pair[0] for pair in names],

@@ -175,7 +175,7 @@ def field_data(model: Model, state: SystemState) -> Arrays:
     model, state : Of which instant.
     """
     return {
-        "block_names": named([block.name for block in model.assembly.blocks]),
+        "block_names": named(model.assembly.blocks.names),
         "TimeValue": np.array([state.time]),
         "dimension": np.array([model.assembly.dimension]),
         "length": np.array([model.length]),

@@ -102,7 +102,7 @@ def stress_summary(model: Model, state: SystemState) -> Stress | None:
     if not values:
         return None
     sigma, weight, block = (np.concatenate(part) for part in zip(*values, strict=True))
-    names = [stone.name for stone in model.assembly.blocks]
+    names = model.assembly.blocks.names
     mises = von_mises(sigma)
 
     def at(number: int, value: float) -> Extreme:
@@ -149,7 +149,7 @@ def _yielded(model: Model, state: SystemState) -> tuple[BlockYield, ...] | None:
             most = values.max(axis=(1, 2))
             mean = (values * field.weight).sum(axis=(1, 2)) / field.weight.sum()
             for row in np.flatnonzero(most > 0):
-                name = model.assembly.blocks[int(group.blocks[row])].name
+                name = model.assembly.blocks.names[int(group.blocks[row])]
                 found.append(
                     BlockYield(block=name, measure=measure, greatest=float(most[row]), mean=float(mean[row]))
                 )
@@ -187,7 +187,7 @@ def _greatest_nodal(model: Model, state: SystemState) -> Extreme:
         if field is not None:
             mises = von_mises(field.nodal).max(axis=1)
             body = int(mises.argmax())
-            found.append((float(mises[body]), model.assembly.blocks[int(group.blocks[body])].name))
+            found.append((float(mises[body]), model.assembly.blocks.names[int(group.blocks[body])]))
     value, block = max(found)
     return Extreme(value=value, block=block)
 

@@ -139,7 +139,7 @@ def motion_told(problem: LimitProblem, motion: Mechanism) -> Falling:
     problem : Of limit analysis.
     motion : Its mechanism.
     """
-    names = [block.name for block in problem.model.assembly.blocks]
+    names = problem.model.assembly.blocks.names
     moving = {name for group in motion.groups for name in group}
     rows = zip(motion.blocks.tolist(), motion.centre, motion.velocity, motion.spin, strict=True)
     blocks = tuple(
@@ -190,7 +190,7 @@ def supports_of(problem: LimitProblem) -> dict[str, Callable[[int], np.ndarray]]
     for group in model.groups:
         for block in group.blocks.tolist() if group.prescribed else ():
             if block in touched:
-                name = model.assembly.blocks[block].name
+                name = model.assembly.blocks.names[block]
                 found[name] = partial(support_resultant, problem, block)
     for hold in problem.holds:
         found[hold.name] = partial(hold_resultant, problem, hold.name)

@@ -124,10 +124,10 @@ def _scatter(scene: specs.Scene, model: Model) -> ScatterTold | None:
 def size(model: Model) -> dict[str, Any]:
     """How large a model is: blocks, shapes, interfaces, contacts, unknowns."""
     free = [group for group in model.groups if not group.prescribed]
-    used = {model.assembly.blocks[int(block)].shape for group in free for block in group.blocks}
+    shapes = [np.unique(model.assembly.blocks.shape[group.blocks]).tolist() for group in free]
     return {
         "blocks": len(model.assembly.blocks),
-        "shapes": len(used),
+        "shapes": len(set().union(*shapes)),
         "meshes": sum(shape.mesh is not None for shape in model.assembly.shapes),
         "interfaces": len(model.interfaces),
         "contacts": model.contacts.count,

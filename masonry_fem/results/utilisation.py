@@ -93,7 +93,7 @@ def _stone(model: Model, told: StoneUtilisation, block: int) -> StoneTold:
         return None if np.isnan(values[block]) else float(values[block])
 
     return StoneTold(
-        block=model.assembly.blocks[block].name,
+        block=model.assembly.blocks.names[block],
         local=known(told.local),
         error=known(told.error),
         p95=known(told.p95),

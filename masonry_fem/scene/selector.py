@@ -53,14 +53,14 @@ def select(selector: str, candidates: Sequence[Iterable[str]], what: str, noun: 
     return chosen
 
 
-def only(chosen: Sequence[int], selector: str, candidates: Sequence[Iterable[str]], what: str) -> int:
+def only(chosen: Sequence[int], selector: str, names: Sequence[str], what: str) -> int:
     """The block that was selected, where a single one is meant.
 
     Parameters
     ----------
     chosen : Numbers of the selected blocks.
     selector : Pattern that selected them.
-    candidates : Names of each block.
+    names : Of all blocks.
     what : Key of the selector, for the message.
 
     Raises
@@ -68,10 +68,10 @@ def only(chosen: Sequence[int], selector: str, candidates: Sequence[Iterable[str
     SceneError : There are several; the message names the first of them.
     """
     if len(chosen) > 1:
-        names = [next(iter(candidates[index])) for index in chosen[:SHOWN]]
+        some = [names[index] for index in chosen[:SHOWN]]
         more = ", ..." if len(chosen) > SHOWN else ""
         raise SceneError(
-            f"{what} = '{selector}' selects {len(chosen)} blocks ({listed(names)}{more}), expected one; "
+            f"{what} = '{selector}' selects {len(chosen)} blocks ({listed(some)}{more}), expected one; "
             "name it"
         )
     return chosen[0]

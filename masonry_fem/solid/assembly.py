@@ -132,13 +132,13 @@ class Blocks(Sequence[Block]):
         """
         groupings = list(dict.fromkeys(groups for part in parts for groups in part.groupings))
         number = {groups: at for at, groups in enumerate(groupings)}
-        renumbered = [np.array([number[one] for one in part.groupings], dtype=np.int64) for part in parts]
+        own = [np.array([number[one] for one in part.groupings], dtype=np.int64) for part in parts]
         return cls(
             names=tuple(chain.from_iterable(part.names for part in parts)),
             shape=np.concatenate([part.shape for part in parts]),
             rotation=np.concatenate([part.rotation for part in parts]),
             translation=np.concatenate([part.translation for part in parts]),
-            grouping=np.concatenate([own[part.grouping] for own, part in zip(renumbered, parts, strict=True)]),
+            grouping=np.concatenate([new[part.grouping] for new, part in zip(own, parts, strict=True)]),
             groupings=tuple(groupings),
             support=np.concatenate([part.support for part in parts]),
         )
@@ -153,7 +153,7 @@ class Blocks(Sequence[Block]):
         numbers = np.arange(len(self))[chosen]
         return replace(
             self,
-            names=named_of(self.names, numbers),
+            names=taken(self.names, numbers),
             shape=self.shape[numbers],
             rotation=self.rotation[numbers],
             translation=self.translation[numbers],
@@ -179,9 +179,14 @@ class Blocks(Sequence[Block]):
         return map(self.__getitem__, range(len(self)))
 
 
-def named_of(names: Sequence[str], numbers: IntArray) -> tuple[str, ...]:
-    """Names by number, shape (k,)."""
-    return tuple(map(names.__getitem__, numbers.tolist()))
+def taken[T](values: Sequence[T], numbers: IntArray) -> tuple[T, ...]:
+    """Values by number, k of them.
+
+    Parameters
+    ----------
+    values : Of any kind. numbers : Shape (k,).
+    """
+    return tuple(map(values.__getitem__, numbers.tolist()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +213,6 @@ class Assembly:
     def solid(self, block: int) -> Polytope:
         """The solid of one block in world coordinates."""
         blocks = self.blocks
-        return self.shapes[blocks.shape[block]].solid.moved(
+        return self.shapes[int(blocks.shape[block])].solid.moved(
             Pose(blocks.rotation[block], blocks.translation[block])
         )

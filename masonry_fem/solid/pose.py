@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+# rotations (b, d, d) and translations (b, d) [m] of b poses
+Poses = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, slots=True)

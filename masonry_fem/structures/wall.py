@@ -316,7 +316,7 @@ class _Layout:
     start : Left ends, from that of the wall, shape (s,) [m]. shift : Of the right halves of bricks [m].
     low : First wythe of each, shape (s,).
     grouping : Number of each stone's groups in ``groupings``, shape (s,).
-    groupings : Ends of the names of groups after that of the wall, and of the halves' brick.
+    groupings : Ends of the names of groups after that of the wall, and of the brick after that of the course.
     """
 
     names: tuple[str, ...]
@@ -325,7 +325,7 @@ class _Layout:
     shift: FloatArray
     low: FloatArray
     grouping: IntArray
-    groupings: tuple[tuple[tuple[str, ...], str], ...]
+    groupings: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
 
 
 def _courses(spec: WallStructure, stones: _Stones, origin: FloatArray) -> Iterator[Blocks]:
@@ -337,23 +337,23 @@ def _courses(spec: WallStructure, stones: _Stones, origin: FloatArray) -> Iterat
         alike = (course % period_of(spec), *free)
         if alike not in known:
             known[alike] = _layout(spec, course, free, stones)
-        own = known[alike]
-        place = np.tile(origin, (len(own.names), 1))
-        place[:, 0] += own.start
+        laid = known[alike]
+        place = np.tile(origin, (len(laid.names), 1))
+        place[:, 0] += laid.start
         place[:, -1] += (course - 1) * spec.brick[-1]
         if d == 3:
-            place[:, 1] += own.low * spec.brick[1]
-        place[:, 0] += own.shift
+            place[:, 1] += laid.low * spec.brick[1]
+        place[:, 0] += laid.shift
         group = f"{spec.name}.c{course}"
         yield Blocks(
-            names=tuple(map(f"{group}.".__add__, own.names)),
-            shape=own.shape,
+            names=tuple(map(f"{group}.".__add__, laid.names)),
+            shape=laid.shape,
             rotation=np.tile(np.eye(d), (len(place), 1, 1)),
             translation=place,
-            grouping=own.grouping,
+            grouping=laid.grouping,
             groupings=tuple(
-                (spec.name, group, *(f"{spec.name}.{one}" for one in ends), *([f"{group}.{brick}"] if brick else []))
-                for ends, brick in own.groupings
+                (spec.name, group, *(f"{spec.name}.{one}" for one in own), *(f"{group}.{one}" for one in brick))
+                for own, brick in laid.groupings
             ),
             support=np.zeros(len(place), dtype=bool),
         )
@@ -379,7 +379,7 @@ def _layout(
             start.append(piece.start)
             shift.append(moved)
             lows.append(low)
-            groups.append((own, f"b{number}" if joint else ""))
+            groups.append((own, (f"b{number}",) if joint else ()))
     groupings = {one: number for number, one in enumerate(dict.fromkeys(groups))}
     return _Layout(
         tuple(names),

@@ -223,7 +223,7 @@ def _block_means(model: Any, state: Any) -> Quantity | None:
         mean = np.einsum("bcp,bcpi->bi", weight, field.gauss) / volume[:, None]
         mean[:, 3:] *= SHEAR
         rows.extend(np.sqrt(volume)[:, None] * mean)
-        names.extend(model.assembly.blocks[int(block)].name for block in group.blocks)
+        names.extend(model.assembly.blocks.names[int(block)] for block in group.blocks)
     if not rows:
         return None
     order = sorted(range(len(names)), key=names.__getitem__)

@@ -54,7 +54,7 @@ def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:
     for k, (pair, label) in enumerate(
         zip(model.interfaces.blocks.tolist(), model.interfaces.label_of_each, strict=True)
     ):
-        blocks = [model.assembly.blocks[block].name for block in pair]
+        blocks = [model.assembly.blocks.names[block] for block in pair]
         known = told.determined[k].astype(int).tolist()
         rows.append([k, *blocks, label, points[k], *told.resultant[k].tolist(), *known])
     return write_table(path, titles, rows)

@@ -149,7 +149,9 @@ def _acting_table(model: Model, acting: Acting) -> bytes:
     """
     d = model.assembly.dimension
     axes, wrench = AXES[d], WRENCH[3 if d == 2 else 6]
-    kind = {block: group.kind for group in model.groups for block in group.blocks.tolist()}
+    kinds = np.empty(len(model.assembly.blocks), dtype=object)
+    for group in model.groups:
+        kinds[group.blocks] = group.kind
     head = ["block", "name", "kind", "size", "held", *(f"centre_{axis}" for axis in axes)]
     head += [f"{name}_{part}" for name in ("load", "clamp", "inertia") for part in wrench]
     head += [f"displaced_{part}" for part in wrench[d:]]
@@ -159,7 +161,7 @@ def _acting_table(model: Model, acting: Acting) -> bytes:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(head)
-    names = [block.name for block in model.assembly.blocks]
-    rows = zip(names, numbers.tolist(), strict=True)
-    table.writerows([number, name, kind[number], *row] for number, (name, row) in enumerate(rows))
+    told = np.empty((len(numbers), 3), dtype=object)
+    told[:, 0], told[:, 1], told[:, 2] = np.arange(len(numbers)), model.assembly.blocks.names, kinds
+    table.writerows(np.hstack([told, numbers.astype(object)]).tolist())
     return text.getvalue().encode()

@@ -113,7 +113,7 @@ def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -
     world, axes = ("xy", ("",)) if flat else ("xyz", ("_1", "_2"))
     faces, count = told.faces, len(told.normal)
     joints = model.interfaces.only(faces.first)
-    names = np.array([block.name for block in model.assembly.blocks], dtype=object)[joints.blocks]
+    names = np.array(model.assembly.blocks.names, dtype=object)[joints.blocks]
     ratio = told.eccentricity / np.where(faces.size > 0, faces.size, np.inf)
     columns: Columns = {
         "time [s]": [state.time] * count,

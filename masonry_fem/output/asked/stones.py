@@ -61,7 +61,7 @@ def stone_columns(model: Model, state: SystemState, materials: Any, strengths: S
             kinds[int(block)] = group.kind
     measure = "m2" if model.assembly.dimension == 2 else "m3"
     columns: Columns = {
-        "block": [block.name for block in model.assembly.blocks],
+        "block": list(model.assembly.blocks.names),
         "material": list(materials),
         "fidelity": kinds,
         f"volume [{measure}]": told.volume.tolist(),

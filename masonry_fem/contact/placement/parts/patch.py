@@ -70,7 +70,7 @@ class Patch:
     ) -> Patch:
         """The patch of an interface."""
         first, second = (
-            Side(block, surfaces[assembly.blocks[block].shape], assembly.blocks[block].pose, face)
+            Side(block, surfaces[assembly.blocks.shape[block]], assembly.blocks[block].pose, face)
             for block, face in zip(interface.blocks, interface.faces, strict=True)
         )
         origin = interface.polygon[0]

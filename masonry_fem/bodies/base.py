@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 if TYPE_CHECKING:  # scenes that are only read need neither NumPy nor SciPy
@@ -450,6 +450,21 @@ class Shown(Protocol):
         """Positions of the nodes of one block in the reference, shape (nodes, d) [m]."""
         ...
 
+    @property
+    def alike(self) -> IntArray:
+        """A number for each block, shape (b,); blocks of one number have the same ``cells``."""
+        ...
+
+    @property
+    def places(self) -> FloatArray:
+        """Positions of the nodes in the reference, shape (v, d) [m]."""
+        ...
+
+    @property
+    def first(self) -> IntArray:
+        """First of the nodes of each block, and v, shape (b + 1,)."""
+        ...
+
     def positions(self, state: State) -> FloatArray:
         """Positions of the nodes, shape (v, d) [m]."""
         ...
@@ -547,8 +562,7 @@ def by_block(group: Shown, values: FloatArray) -> list[FloatArray]:
     group : The blocks.
     values : Values at all nodes, as ``positions`` returns them, shape (v, ...).
     """
-    ends = accumulate(len(group.nodes(body)) for body in range(len(group.blocks)))
-    return [values[start:end] for start, end in pairwise([0, *ends])]
+    return [values[start:end] for start, end in pairwise(group.first.tolist())]
 
 
 def nonlinear(group: Moves) -> Nonlinear:

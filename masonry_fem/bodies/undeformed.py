@@ -30,6 +30,7 @@ from masonry_fem.bodies.base import (
 )
 from masonry_fem.bodies.rotation import moment, spin_count
 from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.tiled import tiled
 
 
 class Placed(Protocol):
@@ -218,30 +219,41 @@ class Undeformed(ABC):
 
     def cells(self, body: int) -> Sequence[tuple[int, ...]]:
         """Face loops of one block's polytope over its vertices."""
-        block = self.assembly.blocks[self.blocks[body]]
-        faces: Sequence[tuple[int, ...]] = self.assembly.shapes[block.shape].solid.faces
+        faces: Sequence[tuple[int, ...]] = self.assembly.shapes[int(self.alike[body])].solid.faces
         return faces
+
+    @property
+    def alike(self) -> IntArray:
+        """Number of each block's shape, shape (b,)."""
+        return self.assembly.blocks.shape[self.blocks]
+
+    @cached_property
+    def first(self) -> IntArray:
+        """First vertex of each block, and the number of all, shape (b + 1,)."""
+        vertices = np.array([len(shape.solid.vertices) for shape in self.assembly.shapes], dtype=np.int64)
+        return np.append(0, np.cumsum(vertices[self.alike]))
 
     def nodes(self, body: int) -> FloatArray:
         """Vertices of one block in the reference configuration, shape (n, d) [m]."""
-        return self.assembly.solid(int(self.blocks[body])).vertices
+        return self.places[self.first[body] : self.first[body + 1]]
 
     def positions(self, state: Placed) -> FloatArray:
         """Where the vertices of all blocks are, block after block, shape (all vertices, d) [m]."""
-        return self._places + self.displacements(state)
+        return self.places + self.displacements(state)
 
     @cached_property
     def _corners(self) -> tuple[IntArray, FloatArray]:
         """The body of each vertex, (v,), and its arm from the body's centre in the reference, (v, d) [m]."""
-        nodes = [self.nodes(body) for body in range(self.count)]
-        owner = np.repeat(np.arange(self.count), [len(own) for own in nodes])
-        return owner, np.concatenate(nodes) - self.centres[owner]
+        owner = np.repeat(np.arange(self.count), np.diff(self.first))
+        return owner, self.places - self.centres[owner]
 
     @cached_property
-    def _places(self) -> FloatArray:
-        """Of the vertices in the reference, shape (v, d) [m]."""
-        owner, arms = self._corners
-        places: FloatArray = self.centres[owner] + arms
+    def places(self) -> FloatArray:
+        """Of the vertices in the reference, block after block, shape (v, d) [m]."""
+        blocks = self.assembly.blocks
+        vertices, owner = tiled([shape.solid.vertices for shape in self.assembly.shapes], self.alike)
+        turned = np.einsum("vij,vj->vi", blocks.rotation[self.blocks][owner], vertices)
+        places: FloatArray = turned + blocks.translation[self.blocks][owner]
         return places
 
     def displacements(self, state: Placed) -> FloatArray:

@@ -157,7 +157,7 @@ def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | Non
     """What finds contacts anew during the march; None where they stay."""
     if scene.contact.update != "redetect":
         return None
-    if not any(own is not None and not deforms(own) for own in stones.fidelity):
+    if not stones.where(lambda own: own is not None and not deforms(own)).any():
         raise SceneError(
             "contact.update is 'redetect', expected rigid blocks in the scene: elastic ones keep their "
             "contacts; set fidelity = 'rigid', or leave contact.update out"

@@ -6,7 +6,6 @@ points have the same places in it share one W_el = G (M̂⁻¹)_el Gᵀ, which i
 
 from __future__ import annotations
 
-import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides
+from masonry_fem.contact.interfaces import numbered
 from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.locate import on_facets
 from masonry_fem.fem.meshed import ElasticState
@@ -48,8 +48,8 @@ class ElasticAttachment[S: Deformed](ABC):
     carried : Weight of each node of the mesh in the motion of each contact, shape (k, nodes).
     carriers : All nodes that carry contacts, of any block, ascending.
     arms : The points from the centroids, shape axes, shape (k, d) [m].
-    members : Side numbers of each block that has sides, in the order of ``bodies``.
-    bodies : Those blocks.
+    bodies : Blocks that have sides, shape (t,).
+    order : Sides by block, shape (k,). start : First of those of each of these blocks, and k, shape (t + 1,).
     pattern : Number of the pattern of points that each of them has.
     """
 
@@ -58,8 +58,9 @@ class ElasticAttachment[S: Deformed](ABC):
     carried: sparse.csr_array
     carriers: IntArray
     arms: FloatArray
-    members: list[IntArray]
     bodies: IntArray
+    order: IntArray
+    start: IntArray
     pattern: IntArray
     _interpolation: sparse.csr_array
     _known: _Known | None = field(default=None, repr=False)
@@ -73,7 +74,6 @@ class ElasticAttachment[S: Deformed](ABC):
         carried = _carried(group.mesh, sides, local)
         order = np.argsort(sides.body, kind="stable")
         bodies, start = np.unique(sides.body[order], return_index=True)
-        members = np.split(order, start[1:]) if count else []
         total = len(group.mesh.points)
         columns = carried.indices + np.repeat(sides.body * total, np.diff(carried.indptr))
         interpolation = sparse.csr_array(
@@ -85,9 +85,10 @@ class ElasticAttachment[S: Deformed](ABC):
             carried,
             np.unique(carried.indices).astype(np.int64),
             local - group.modes.centroid,
-            members,
             bodies,
-            _patterns(carried[order], start),
+            order,
+            np.append(start, count),
+            _patterns(carried[order], np.append(start, count)),
             interpolation,
         )
 
@@ -125,14 +126,15 @@ class ElasticAttachment[S: Deformed](ABC):
         self, scheme: Scheme, seen: FloatArray, guess: S | None = None
     ) -> Sequence[tuple[IntArray, FloatArray]]:
         """W_el of each block that has sides; blocks that are alike share one (read-only) matrix."""
-        if not self.members:
+        if not len(self.bodies):
             return ()
         own = self._own_surfaces(scheme, guess)
         surface, local = self._surface_block(scheme), self._local(seen)
         digits = _digits(local)
         known: dict[tuple[int, bytes], FloatArray] = {}
         result = []
-        for rows, body, pattern in zip(self.members, self.bodies.tolist(), self.pattern, strict=True):
+        for at, (body, pattern) in enumerate(zip(self.bodies.tolist(), self.pattern, strict=True)):
+            rows = self._sides_of(at)
             if body in own:
                 result.append((rows, self._condensed(rows, local[rows], own[body])))
                 continue
@@ -151,10 +153,12 @@ class ElasticAttachment[S: Deformed](ABC):
         yields = np.isin(self.bodies, list(own))
         known = () if yields.all() else self._by_pattern(scheme)
         for pattern in np.unique(self.pattern[~yields]).tolist():
-            rows = np.stack([self.members[at] for at in np.flatnonzero(~yields & (self.pattern == pattern))])
+            first = self.start[:-1][~yields & (self.pattern == pattern)]
+            count = np.diff(self.start)[self.pattern == pattern][0]
+            rows = self.order[first[:, None] + np.arange(count)]
             result.append((rows, local[rows], known[pattern]))
         for at in np.flatnonzero(yields).tolist():
-            rows = self.members[at]
+            rows = self._sides_of(at)
             block = self._condensed(rows, self._unturned(rows), own[self.bodies[at]])
             result.append((rows[None], local[rows[None]], block))
         return result
@@ -170,6 +174,10 @@ class ElasticAttachment[S: Deformed](ABC):
         return self._local(seen) @ self._shapes, np.tile(factor.mass, (self.group.count, 1))
 
     # --- private ----------------------------------------------------------------------------------
+
+    def _sides_of(self, at: int) -> IntArray:
+        """Numbers of the sides of a block of ``bodies``."""
+        return self.order[self.start[at] : self.start[at + 1]]
 
     def _local(self, frames: FloatArray) -> FloatArray:
         """Frames seen from the shape axes, shape (k, d, d)."""
@@ -187,7 +195,7 @@ class ElasticAttachment[S: Deformed](ABC):
         key = coefficients(self.group.operators, scheme)
         if self._known is None or self._known.key != key or not self._known.patterns:
             surface, first = self._surface_block(scheme), np.unique(self.pattern, return_index=True)[1]
-            rows = [self.members[at] for at in first.tolist()]
+            rows = map(self._sides_of, first.tolist())
             made = tuple(self._condensed(own, self._unturned(own), surface) for own in rows)
             self._known = _Known(key, patterns=made)
         return self._known.patterns
@@ -285,16 +293,25 @@ def _carried(mesh: Mesh, sides: Sides, local: FloatArray) -> sparse.csr_array:
 
 
 def _patterns(carried: sparse.csr_array, start: IntArray) -> IntArray:
-    """Numbers of equal runs of rows, the runs beginning at ``start`` (b,); shape (b,)."""
-    digits, ends = _digits(carried.data), np.append(start, carried.shape[0])
-    known: dict[bytes, int] = {}
-    pattern = []
-    for first, last in itertools.pairwise(ends.tolist()):
-        entries = slice(carried.indptr[first], carried.indptr[last])
-        rows = carried.indptr[first : last + 1] - carried.indptr[first]
-        key = rows.tobytes() + carried.indices[entries].tobytes() + digits[entries].tobytes()
-        pattern.append(known.setdefault(key, len(known)))
-    return np.array(pattern, dtype=np.int64)
+    """Numbers of equal runs of rows, as they first come; ``start`` is where b runs begin, and the end.
+
+    Returns
+    -------
+    Shape (b,).
+    """
+    digits = _digits(carried.data)
+    begin = carried.indptr[start].astype(np.int64)
+    sizes, of_size = np.unique(np.column_stack([np.diff(start), np.diff(begin)]), axis=0, return_inverse=True)
+    found, total = np.empty(len(of_size), dtype=np.int64), 0
+    for size, (rows, entries) in enumerate(sizes.tolist()):
+        own = np.flatnonzero(of_size == size)
+        at = begin[own][:, None] + np.arange(entries)
+        ends = carried.indptr[start[own][:, None] + np.arange(rows + 1)] - begin[own][:, None]
+        key = np.ascontiguousarray(np.hstack([ends, carried.indices[at], digits[at]]), dtype=np.int64)
+        _, number = np.unique(key.view(np.dtype((np.void, key[0].nbytes))).ravel(), return_inverse=True)
+        found[own] = number + total
+        total = int(found[own].max()) + 1
+    return numbered(found[:, None])[0]
 
 
 def _digits(values: FloatArray) -> IntArray:

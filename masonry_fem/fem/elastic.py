@@ -347,7 +347,7 @@ class ElasticGroup(Deformable[ElasticState]):
     def motion(self, state: ElasticState) -> tuple[FloatArray, FloatArray]:
         """The rigid motions x = R X + t nearest to those of the nodes, (b, d, d) and (b, d) [m]."""
         moved = self.displacements(state).reshape(self.count, -1, self.dimension)
-        start = np.stack([self.nodes(body) for body in range(self.count)])
+        start = self.places.reshape(moved.shape)
         now, middle = start + moved, start.mean(axis=1)
         reached = now.mean(axis=1)
         spread = np.einsum("bni,bnj->bij", now - reached[:, None], start - middle[:, None])

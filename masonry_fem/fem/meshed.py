@@ -192,10 +192,27 @@ class Meshed[S](ABC):
         """Cells of the mesh, shape (m, k)."""
         return self.mesh.cells
 
+    @property
+    def alike(self) -> IntArray:
+        """0 for each block: they share their mesh, shape (b,)."""
+        return np.zeros(self.count, dtype=np.int64)
+
+    @property
+    def first(self) -> IntArray:
+        """First node of each block, and the number of all, shape (b + 1,)."""
+        return np.arange(self.count + 1) * len(self.mesh.points)
+
     def nodes(self, body: int) -> FloatArray:
         """Nodes of one block in the reference configuration, world axes, shape (nodes, d) [m]."""
         placed: FloatArray = self._world(self.mesh.points.ravel(), body) + self.translation[body]
         return placed
+
+    @property
+    def places(self) -> FloatArray:
+        """Nodes of all blocks in the reference, block after block, world axes, shape (b · nodes, d) [m]."""
+        turned = np.einsum("bij,nj->bni", self.rotation, self.mesh.points)
+        places: FloatArray = (turned + self.translation[:, None]).reshape(-1, self.dimension)
+        return places
 
     def positions(self, state: S) -> FloatArray:
         """Where the nodes of all blocks are, block after block, world axes, shape (b · nodes, d) [m]."""

@@ -14,8 +14,11 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+import numpy as np
+
 from masonry_fem.errors import SceneError
 from masonry_fem.records import discovery
+from masonry_fem.solid.mesh import IntArray
 
 if TYPE_CHECKING:
     from masonry_fem.bodies.base import BodyGroup
@@ -113,6 +116,19 @@ def fidelity(name: str) -> type[Fidelity]:
 def fidelities() -> Mapping[str, type[Fidelity]]:
     """Every fidelity by its name in scene files, the coarsest first."""
     return {name: fidelity(name) for name in sorted(names(), key=lambda name: fidelity(name).rank)}
+
+
+def distinct(given: Given) -> tuple[list[Material], IntArray]:
+    """The materials of b stones, each once, and the number of each stone's among them, shape (b,).
+
+    Parameters
+    ----------
+    given : The stones.
+    """
+    stones = given.materials.values()
+    kinds = dict(zip(map(id, stones), stones, strict=True))
+    number = {key: at for at, key in enumerate(kinds)}
+    return list(kinds.values()), np.fromiter(map(number.__getitem__, map(id, stones)), np.int64)
 
 
 def deforms(name: str | None) -> bool:

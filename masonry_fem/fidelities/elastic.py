@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, cast
 import numpy as np
 
 from masonry_fem.contact.interfaces import numbered
-from masonry_fem.fidelities import Fidelity, Given
+from masonry_fem.fidelities import Fidelity, Given, distinct
 from masonry_fem.host import installation
 from masonry_fem.solid.assembly import taken
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
     from masonry_fem.fem.material_law import MaterialLaw
     from masonry_fem.fem.orthotropic import Orthotropic
-    from masonry_fem.scene.material import Material, Orthotropy
+    from masonry_fem.scene.material import Orthotropy
 
 
 def _orthotropic(stone: Orthotropy, rotation: np.ndarray) -> Orthotropic:
@@ -71,11 +71,10 @@ class Elastic(Fidelity):
         from masonry_fem.fem.material import ElasticMaterial  # noqa: PLC0415
 
         blocks = np.array(list(given.materials), dtype=np.int64)
-        kinds = np.fromiter(map(id, given.materials.values()), np.int64, len(blocks))
+        stones, kinds = distinct(given)
         rotation = given.assembly.blocks.rotation[blocks]
         # the axes of stone that is stiffer in some directions turn with the blocks
-        turned = np.isin(kinds, [id(s) for s in distinct(given) if s.orthotropic is not None])
-        rotation[~turned] = 0.0
+        rotation[np.array([stone.orthotropic is None for stone in stones])[kinds]] = 0.0
         number, first = numbered(np.column_stack([kinds, rotation.reshape(len(blocks), -1)]))
         made = []
         for block, turn in zip(blocks[first].tolist(), rotation[first], strict=True):
@@ -97,8 +96,3 @@ class Elastic(Fidelity):
             given.plane, given.lumped, before, given.turns, cls.name,
             given.warming, dict(zip(blocks.tolist(), kinds.tolist(), strict=True)),
         )  # fmt: skip
-
-
-def distinct(given: Given) -> list[Material]:
-    """The materials of the stones, each once."""
-    return list(dict(zip(map(id, given.materials.values()), given.materials.values(), strict=True)).values())

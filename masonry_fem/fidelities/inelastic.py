@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, override
 
-from masonry_fem.fidelities import Given
-from masonry_fem.fidelities.elastic import Elastic, distinct
+from masonry_fem.fidelities import Given, distinct
+from masonry_fem.fidelities.elastic import Elastic
 
 if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
@@ -31,6 +31,6 @@ class Inelastic(Elastic):
         from masonry_fem.fem.plane_stress import PlaneStress  # noqa: PLC0415
 
         free = given.assembly.dimension == 2 and given.plane == "stress"
-        own = {id(stone): given.law(stone) for stone in distinct(given) if stone.inelastic is not None}
+        own = {id(stone): given.law(stone) for stone in distinct(given)[0] if stone.inelastic is not None}
         laws = {key: PlaneStress(law) if free else law for key, law in own.items()}
         return cls.made(given, laws, promote=cls.promotes)

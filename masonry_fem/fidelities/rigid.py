@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.bodies.rigid import RigidGroup
-from masonry_fem.fidelities import Fidelity, Given
+from masonry_fem.fidelities import Fidelity, Given, distinct
 
 
 class Rigid(Fidelity):
@@ -18,7 +18,8 @@ class Rigid(Fidelity):
     @classmethod
     def groups(cls, given: Given) -> list[RigidGroup]:
         """One group."""
-        blocks, materials = list(given.materials), given.materials.values()
-        density = np.array([material.density for material in materials])
-        damping = np.array([material.damping.mass for material in materials])
+        blocks = list(given.materials)
+        kinds, of = distinct(given)
+        density = np.array([material.density for material in kinds])[of]
+        damping = np.array([material.damping.mass for material in kinds])[of]
         return [RigidGroup(given.assembly, blocks, density, damping, turns=given.turns)]

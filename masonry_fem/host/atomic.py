@@ -14,12 +14,13 @@ import contextlib
 import csv
 import errno
 import io
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from masonry_fem.errors import OutputError
 
@@ -93,10 +94,13 @@ def write_table(path: Path, titles: Iterable[str], rows: Iterable[Iterable[Any]]
     ------
     OutputError : The disk is full, or the place may not be written to.
     """
+    head = list(titles)
+    cells = np.fromiter(chain.from_iterable(rows), dtype=object)
+    cells[cells != cells] = ""  # noqa: PLR0124 - nan is what differs from itself
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(titles)
-    table.writerows([_cell(value) for value in row] for row in rows)
+    table.writerow(head)
+    table.writerows(cells.reshape(-1, len(head)).tolist())
     write_atomic(path, text.getvalue().encode())
     return path
 
@@ -125,10 +129,6 @@ def write_records(
     table.writerows(rows)
     write_atomic(path, text.getvalue().encode())
     return path
-
-
-def _cell(value: Any) -> Any:
-    return "" if isinstance(value, float) and math.isnan(value) else value
 
 
 def unwritten(path: Path, error: OSError | UnicodeEncodeError) -> OutputError:

@@ -83,7 +83,7 @@ def second_order(model: Model, bodies: tuple[object, ...]) -> float:
 
 def _mean_gradients(group: Shown, state: object) -> FloatArray:
     """Displacement gradients of the affine fields nearest to the blocks' nodal displacements, (b, d, d)."""
-    start = np.stack([group.nodes(body) for body in range(len(group.blocks))])
+    start = group.places.reshape(len(group.blocks), -1, group.places.shape[1])
     moved = group.displacements(state).reshape(start.shape)
     arms, moved = (values - values.mean(axis=1, keepdims=True) for values in (start, moved))
     across = np.swapaxes(arms, 1, 2)

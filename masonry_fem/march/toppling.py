@@ -90,7 +90,7 @@ class _Posture:
     """How the b stones of a group stood: points about their middles, and heights."""
 
     def __init__(self, group: BodyGroup, state: Any, up: FloatArray) -> None:
-        sizes = np.array([len(group.nodes(body)) for body in range(len(group.blocks))])
+        sizes = np.diff(group.first)
         self._starts, self._owner = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(sizes)), sizes)
         self._sizes, self._up = sizes[:, None], up
         points = group.positions(state)

@@ -12,6 +12,7 @@ import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from masonry_fem.bodies.base import Shown
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.fidelities import fidelities
 from masonry_fem.march.model import Model
+from masonry_fem.solid.tiled import tiled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -87,40 +89,43 @@ def grid_of(model: Model, *, shells: bool = False) -> Grid:
     model : The model.
     shells : Use polygons of faces in place of polyhedra.
     """
-    points, blocks, parts, starts = [], [], [], [0]
-    cell_group, cell_fidelity, group_points, group_cells = [], [], [], []
-    cell_count = 0
-    for number, group in enumerate(model.groups):
-        first = starts[-1], cell_count
-        for body, block in enumerate(group.blocks):
-            nodes = three(group.nodes(body))
-            part = _cells(group, body, shells)
-            points.append(nodes)
-            parts.append(part)
-            blocks.append(int(block))
-            starts.append(starts[-1] + len(nodes))
-            cell_count += len(part.sizes)
-        group_points.append((first[0], starts[-1]))
-        group_cells.append((first[1], cell_count))
-        cell_group.append(np.full(cell_count - first[1], number))
-        cell_fidelity.append(np.full(cell_count - first[1], fidelity_names().index(group.kind)))
-    counts = np.array([len(part.sizes) for part in parts])
-    faces, face_offsets = _join_streams(parts, starts)
+    groups = model.groups
+    parts: list[_Cells] = []  # of each kind of block in each group
+    alike = []  # which of them each block has
+    for group in groups:
+        _, first, own = np.unique(group.alike, return_index=True, return_inverse=True)
+        alike.append(own + len(parts))
+        parts += [_cells(group, body, shells) for body in first.tolist()]
+    part = np.concatenate(alike)
+    blocks = np.concatenate([group.blocks for group in groups])
+    nodes = np.concatenate([np.diff(group.first) for group in groups])
+    start = np.cumsum(nodes) - nodes
+    sizes, owner = tiled([one.sizes for one in parts], part)
+    connectivity, of_block = tiled([one.connectivity for one in parts], part)
+    faces, face_offsets = _streams(parts, part, start)
+    group_of_block = np.repeat(np.arange(len(groups)), [len(group.blocks) for group in groups])
+    fidelity = np.array([fidelity_names().index(group.kind) for group in groups])
+    of_cell = group_of_block[owner]
     return Grid(
         dimension=model.assembly.dimension,
-        points=np.concatenate(points),
-        connectivity=np.concatenate([p.connectivity + s for p, s in zip(parts, starts, strict=False)]),
-        offsets=np.cumsum(np.concatenate([p.sizes for p in parts])),
-        types=np.repeat([p.kind for p in parts], counts).astype(np.uint8),
+        points=np.concatenate([three(group.places) for group in groups]),
+        connectivity=connectivity + start[of_block],
+        offsets=np.cumsum(sizes),
+        types=np.array([one.kind for one in parts])[part][owner].astype(np.uint8),
         faces=faces,
         face_offsets=face_offsets,
-        point_block=np.repeat(blocks, [len(p) for p in points]),
-        cell_block=np.repeat(blocks, counts),
-        cell_group=np.concatenate(cell_group),
-        cell_fidelity=np.concatenate(cell_fidelity),
-        group_points=tuple(group_points),
-        group_cells=tuple(group_cells),
+        point_block=np.repeat(blocks, nodes),
+        cell_block=blocks[owner],
+        cell_group=of_cell,
+        cell_fidelity=fidelity[of_cell],
+        group_points=_ranges(np.repeat(group_of_block, nodes), len(groups)),
+        group_cells=_ranges(of_cell, len(groups)),
     )
+
+
+def _ranges(number: IntArray, count: int) -> tuple[tuple[int, int], ...]:
+    """First place of each number and the next one's, of numbers that ascend."""
+    return tuple(pairwise(np.searchsorted(number, np.arange(count + 1)).tolist()))
 
 
 def three(vectors: FloatArray) -> FloatArray:
@@ -189,24 +194,26 @@ def _above(base: tuple[int, ...], faces: tuple[tuple[int, ...], ...]) -> list[in
     return [above.get(corner, -1) for corner in base]
 
 
-def _join_streams(parts: Sequence[_Cells], starts: Sequence[int]) -> tuple[IntArray, IntArray]:
-    """Face streams with the node numbers of the grid, and where each cell's stream ends."""
-    streams, ends, length = [], [], 0
-    for part, start in zip(parts, starts, strict=False):
-        if not part.stream.size:
-            ends.append(np.full(len(part.sizes), -1))
-            continue
-        streams.append(_shifted(part.stream, start))
-        length += part.stream.size
-        ends.append(np.array([length]))
-    faces = np.concatenate(streams) if streams else np.zeros(0, dtype=np.int64)
-    return faces, np.concatenate(ends)
+def _streams(parts: Sequence[_Cells], of: IntArray, start: IntArray) -> tuple[IntArray, IntArray]:
+    """Face streams with the node numbers of the grid, and where each cell's stream ends.
+
+    Parameters
+    ----------
+    parts : Cells of kinds of blocks. of : Kind of each block, shape (b,).
+    start : First node of each block, shape (b,).
+    """
+    faces, owner = tiled([one.stream for one in parts], of)
+    named, _ = tiled([_nodes_of(one.stream) for one in parts], of)
+    length = np.array([one.stream.size for one in parts])[of]
+    cells = np.array([len(one.sizes) for one in parts])[of]  # one where there is a stream
+    ends = np.repeat(np.where(length > 0, np.cumsum(length), -1), cells)
+    return faces + np.where(named, start[owner], 0), ends
 
 
-def _shifted(stream: IntArray, start: int) -> IntArray:
-    shifted, at = stream.copy(), 1
+def _nodes_of(stream: IntArray) -> NDArray[np.bool_]:
+    """Which numbers of a face stream are nodes; the others count faces and corners."""
+    named, at = np.zeros(len(stream), dtype=bool), 1
     while at < len(stream):
-        size = stream[at]
-        shifted[at + 1 : at + 1 + size] += start
-        at += size + 1
-    return shifted
+        named[at + 1 : at + 1 + stream[at]] = True
+        at += stream[at] + 1
+    return named

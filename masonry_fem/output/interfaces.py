@@ -107,7 +107,8 @@ class InterfaceForces:
     @property
     def status_words(self) -> list[str]:
         """The states in words."""
-        return [STATUS_WORDS[code] for code in self.status.tolist()]
+        words: list[str] = np.array(STATUS_WORDS)[self.status].tolist()
+        return words
 
 
 def interface_forces(
@@ -172,7 +173,7 @@ def interface_forces(
         kern=np.where(carries, kern, np.nan),
         edge_share=_edge_share(faces, eccentricity),
         status=status,
-        edge=tuple(_side_name(faces, k, towards[k]) if hinge[k] else "" for k in range(count)),
+        edge=tuple(np.where(hinge, _side_names(faces, towards), "").tolist()),
         slides=slides,
         friction=friction,
         friction_used=used,
@@ -226,13 +227,18 @@ def _status(faces: JointFaces, loaded: Mask, pulls: Mask, kern: FloatArray, dept
     return result
 
 
-def _side_name(faces: JointFaces, interface: int, towards: FloatArray) -> str:
-    """Side of a face in a direction: by name, or by where it lies, along x, y or z."""
-    axis = int(np.abs(towards).argmax())
-    end = int(towards[axis] > 0)
-    along = towards[axis] * faces.axes[interface, axis]
-    most = int(np.abs(along).argmax())
-    return str(faces.sides[interface, axis, end]) or f"{'-+'[int(along[most] > 0)]}{'xyz'[most]}"
+def _side_names(faces: JointFaces, towards: FloatArray) -> NDArray[np.object_]:
+    """Side of each face in a direction (i, a): by name, or by where it lies, along x, y or z; shape (i,)."""
+    rows = np.arange(len(towards))
+    axis = np.abs(towards).argmax(axis=1)
+    far = towards[rows, axis]
+    along = far[:, None] * faces.axes[rows, axis]
+    most = np.abs(along).argmax(axis=1)
+    places = np.array([[f"{sign}{name}" for name in "xyz"] for sign in "-+"], dtype=object)
+    named = np.asarray(faces.sides, dtype=object)[rows, axis, (far > 0).astype(int)]
+    place = places[(along[rows, most] > 0).astype(int), most]
+    found: NDArray[np.object_] = np.where(named != "", named, place)
+    return found
 
 
 def _friction(

@@ -51,8 +51,12 @@ def mean_stress(model: Model, state: SystemState) -> tuple[FloatArray, FloatArra
             volume[group.blocks] = field.weight.sum()
             stress[group.blocks] = np.einsum("bcgs,cg->bs", field.gauss, field.weight) / field.weight.sum()
             continue
-        solids = [model.assembly.solid(int(block)).mass_properties() for block in group.blocks]
-        centre = np.array([solid.centroid for solid in solids])
+        blocks = model.assembly.blocks
+        shapes, of = np.unique(blocks.shape[group.blocks], return_inverse=True)
+        solids = [model.assembly.shapes[shape].solid.mass_properties() for shape in shapes.tolist()]
+        middle = np.array([solid.centroid for solid in solids])[of]
+        centre = np.einsum("bij,bj->bi", blocks.rotation[group.blocks], middle)
+        centre += blocks.translation[group.blocks]
         turn, shift = group.motion(moved)
         now = np.einsum("bij,bj->bi", turn, centre) + shift
         given = contact_moments(model, state) if given is None else given
@@ -60,7 +64,7 @@ def mean_stress(model: Model, state: SystemState) -> tuple[FloatArray, FloatArra
         total, resultant = given[group.blocks, :-1], given[group.blocks, -1]
         total = total - resultant[:, :, None].swapaxes(1, 2) * now[:, :, None]
         total = total + turn @ force[:, d:].reshape(-1, d, d)
-        volume[group.blocks] = [solid.volume for solid in solids]
+        volume[group.blocks] = np.array([solid.volume for solid in solids])[of]
         mean = np.zeros((len(now), 3, 3))
         mean[:, :d, :d] = 0.5 * (total + total.swapaxes(1, 2)) / volume[group.blocks, None, None]
         stress[group.blocks] = mean[:, _ROW, _COLUMN]

@@ -185,4 +185,5 @@ def governed(told: StoneUtilisation) -> list[str]:
     """
     pulled = np.argmax(np.nan_to_num(told.parts), axis=1) == 0
     words = np.where(told.yielded, "yield", np.where(pulled, "tension", "compression"))
-    return ["" if unknown else str(word) for unknown, word in zip(np.isnan(told.ranking), words, strict=True)]
+    found: list[str] = np.where(np.isnan(told.ranking), "", words).tolist()
+    return found

@@ -50,13 +50,9 @@ def damping_told(scene: specs.Scene, built: Built, made: March) -> DampingTold |
         return None
     laws, stones = made.model.laws, built.stones
     hits = laws.restitution[laws.in_velocities, 0]
-    used = sorted(
-        {
-            (name, deforms(own))
-            for name, own in zip(stones.material, stones.fidelity, strict=True)
-            if own is not None
-        }
-    )  # of a material with rigid stones and others the latter come last, and count
+    pairs = set(zip(stones.material, stones.fidelity, strict=True))
+    used = sorted({(name, deforms(own)) for name, own in pairs if own is not None})
+    # of a material with rigid stones and others the latter come last, and count
     found = {
         name: RayleighTold(mass=own.mass, stiffness=own.stiffness if soft else 0.0)
         for name, soft in used

@@ -352,7 +352,7 @@ def _courses(spec: WallStructure, stones: _Stones, origin: FloatArray) -> Iterat
             translation=place,
             grouping=laid.grouping,
             groupings=tuple(
-                (spec.name, group, *(f"{spec.name}.{one}" for one in own), *(f"{group}.{one}" for one in brick))
+                (spec.name, group, *(f"{spec.name}.{end}" for end in own), *(f"{group}.{b}" for b in brick))
                 for own, brick in laid.groupings
             ),
             support=np.zeros(len(place), dtype=bool),

@@ -19,6 +19,7 @@ from masonry_fem.output.interfaces import interface_forces
 from masonry_fem.output.recorder import LastState, Request
 from masonry_fem.output.strength import Strengths
 from masonry_fem.output.utilisation import governed, stone_utilisation
+from masonry_fem.solid.assembly import taken
 
 Columns = dict[str, list[Any]]
 
@@ -55,15 +56,14 @@ def stone_columns(model: Model, state: SystemState, materials: Any, strengths: S
     count = len(model.assembly.blocks)
     known = strengths or Strengths(np.full(count, np.nan), np.full(count, np.nan))
     told = stone_utilisation(model, state, known)
-    kinds = [""] * count
+    kinds = np.full(count, "", dtype=object)
     for group in model.groups:
-        for block in group.blocks:
-            kinds[int(block)] = group.kind
+        kinds[group.blocks] = group.kind
     measure = "m2" if model.assembly.dimension == 2 else "m3"
     columns: Columns = {
         "block": list(model.assembly.blocks.names),
         "material": list(materials),
-        "fidelity": kinds,
+        "fidelity": kinds.tolist(),
         f"volume [{measure}]": told.volume.tolist(),
         "utilisation [-]": told.local.tolist(),
         "utilisation_error [-]": told.error.tolist(),
@@ -82,7 +82,7 @@ def stone_columns(model: Model, state: SystemState, materials: Any, strengths: S
     for number, name in enumerate(("xx", "yy", "zz", "xy", "yz", "xz")):
         columns[f"mean_{name} [Pa]"] = told.stress[:, number].tolist()
     free = np.flatnonzero(~np.isnan(told.volume))
-    return {name: [values[block] for block in free] for name, values in columns.items()}
+    return {name: list(taken(values, free)) for name, values in columns.items()}
 
 
 def _pressures(model: Model, state: SystemState) -> np.ndarray:

@@ -71,9 +71,7 @@ def utilisation_summary(model: Model, state: SystemState, strengths: Strengths) 
     ranking = told.ranking
     known = ~np.isnan(ranking)
     free = ~np.isnan(told.volume)
-    order = [
-        int(block) for block in np.argsort(-np.where(known, ranking, -1.0), kind="stable") if known[block]
-    ]
+    order = np.argsort(-np.where(known, ranking, -1.0), kind="stable")[: known.sum()].tolist()
     most = float(ranking[order[0]]) if order else 0.0
     one = np.isnan(strengths.tension) ^ np.isnan(strengths.compression)
     return Utilisation(

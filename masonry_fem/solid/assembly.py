@@ -123,6 +123,35 @@ class Blocks(Sequence[Block]):
         )
 
     @classmethod
+    def alike(
+        cls,
+        names: Sequence[str],
+        shape: int | IntArray,
+        rotation: FloatArray,
+        translation: FloatArray,
+        groups: Sequence[tuple[str, ...]],
+        support: bool = False,
+    ) -> Blocks:
+        """The b blocks of a course or a ring, all supports or none.
+
+        Parameters
+        ----------
+        names : Of the blocks. shape : Of all, or of each, shape (b,).
+        rotation, translation : Of all, or of each, shapes (b, d, d) and (b, d) [m].
+        groups : Those of all, or of each. support : Whether they are supports.
+        """
+        b, d = len(names), translation.shape[-1]
+        return cls(
+            names=tuple(names),
+            shape=np.broadcast_to(np.asarray(shape, dtype=np.int64), (b,)),
+            rotation=np.broadcast_to(rotation, (b, d, d)),
+            translation=np.broadcast_to(translation, (b, d)),
+            grouping=np.arange(b) if len(groups) > 1 else np.zeros(b, dtype=np.int64),
+            groupings=tuple(groups),
+            support=np.full(b, support),
+        )
+
+    @classmethod
     def joined(cls, parts: Sequence[Blocks]) -> Blocks:
         """All blocks of some parts, one part after another.
 
@@ -130,9 +159,9 @@ class Blocks(Sequence[Block]):
         ----------
         parts : At least one.
         """
-        groupings = list(dict.fromkeys(groups for part in parts for groups in part.groupings))
-        number = {groups: at for at, groups in enumerate(groupings)}
-        own = [np.array([number[one] for one in part.groupings], dtype=np.int64) for part in parts]
+        groupings = list(dict.fromkeys(chain.from_iterable(part.groupings for part in parts)))
+        number = dict(zip(groupings, range(len(groupings)), strict=True))
+        own = [np.fromiter(map(number.__getitem__, part.groupings), np.int64) for part in parts]
         return cls(
             names=tuple(chain.from_iterable(part.names for part in parts)),
             shape=np.concatenate([part.shape for part in parts]),

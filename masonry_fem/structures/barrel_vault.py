@@ -15,9 +15,9 @@ from msgspec import Meta
 from masonry_fem.errors import GeometryError
 from masonry_fem.records.record import Angle, Count, Length
 from masonry_fem.records.structure import Foreseen
-from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.assembly import Assembly, Blocks, Shape
 from masonry_fem.solid.polytope import Polytope
-from masonry_fem.solid.pose import FloatArray, Pose
+from masonry_fem.solid.pose import FloatArray
 from masonry_fem.structures.arch import polar, turned
 from masonry_fem.structures.parts.curve import Circle, Offset
 from masonry_fem.structures.parts.quarry import Quarry, lay_springings, roles, wedge
@@ -101,21 +101,27 @@ def build(spec: BarrelVaultStructure, dimension: int) -> Assembly:
     beds = half - step * _displaced(np.arange(spec.voussoirs + 1.0), spec, random)
     shapes: list[Shape] = []
     kinds: dict[tuple[float, float], int] = {}
-    blocks = []
+    parts = [Blocks.of(quarry.blocks, 3)]
     for course in range(spec.voussoirs):
         group, turn = f"{spec.name}.c{course + 1}", turned((beds[course] + beds[course + 1]) / 2, 3)
         groups = (spec.name, group, *roles(spec.name, course, spec.voussoirs))
         span = beds[course] - beds[course + 1] if spec.irregularity else step
         heads = _displaced(_heads(spec, course), spec, random)
-        for number, (start, part) in enumerate(zip(heads, np.diff(heads), strict=False), start=1):
-            name, kind = f"{group}.s{number}", (span, part)
+        names = list(map(f"{group}.s{{}}".format, range(1, len(heads))))
+        lengths, foremost, of = np.unique(np.diff(heads), return_index=True, return_inverse=True)
+        number = np.empty(len(lengths), dtype=np.int64)
+        for at in np.argsort(foremost).tolist():
+            part, kind = lengths[at], (span, lengths[at])
             if kind not in kinds:
                 kinds[kind] = first + len(kinds)
-                noun = name if spec.irregularity else f"{spec.name}.{'stone' if part == 1 else 'half'}"
+                own = names[foremost[at]]
+                noun = own if spec.irregularity else f"{spec.name}.{'stone' if part == 1 else 'half'}"
                 shapes.append(Shape(noun, _stone(spec, span, part * length)))
-            place = origin + np.array([0.0, start * length, 0.0])
-            blocks.append(Block(name, kinds[kind], Pose(turn, place), groups))
-    return Assembly(3, (*quarry.shapes, *shapes), (*quarry.blocks, *blocks))
+            number[at] = kinds[kind]
+        place = np.tile(origin, (len(names), 1))
+        place[:, 1] += heads[:-1] * length
+        parts.append(Blocks.alike(names, number[of], turn, place, [groups]))
+    return Assembly(3, (*quarry.shapes, *shapes), Blocks.joined(parts))
 
 
 def _heads(spec: BarrelVaultStructure, course: int) -> FloatArray:

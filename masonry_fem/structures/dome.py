@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import repeat
 from typing import Annotated
 
 import numpy as np
@@ -17,10 +18,10 @@ from msgspec import Meta
 from masonry_fem.errors import GeometryError
 from masonry_fem.records.record import Angle, Count, Length, Point
 from masonry_fem.records.structure import Foreseen, Structure
-from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.assembly import Assembly, Block, Blocks, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
-from masonry_fem.structures.parts.drum import add_drum, depth_below
+from masonry_fem.structures.parts.drum import depth_below, drum
 from masonry_fem.structures.parts.ring import MARGIN, about_axis, ring_stone
 
 
@@ -193,17 +194,18 @@ def build(spec: DomeStructure, dimension: int) -> Assembly:
     cut = Cut.of(spec)
     centre = np.zeros(3) if spec.centre is None else np.array(spec.centre, dtype=float)
     shapes: list[Shape] = []
-    blocks: list[Block] = []
+    parts: list[Blocks] = []
+    ends = [f"s{number + 1}" for number in range(spec.slices)]
 
     def ring(group: str, shape: Shape, frame: FloatArray, shift: float, support: bool) -> None:
         shapes.append(shape)
-        for number in range(spec.slices):
-            pose = Pose(about_axis((number + 0.5 + shift) * cut.slice) @ frame, centre)
-            groups = (spec.name, group, f"{spec.name}.s{number + 1}")
-            blocks.append(Block(f"{group}.s{number + 1}", len(shapes) - 1, pose, groups, support))
+        turn = about_axis(float(cut.slice) * (np.arange(spec.slices) + (0.5 + shift))) @ frame
+        names = list(map(f"{group}.".__add__, ends))
+        groups = list(zip(repeat(spec.name), repeat(group), map(f"{spec.name}.".__add__, ends)))
+        parts.append(Blocks.alike(names, len(shapes) - 1, turn, centre, groups, support))
 
     if spec.drum_courses or spec.piers:
-        add_drum(spec, cut.pieces, cut.low, centre, shapes, blocks)
+        parts.append(Blocks.of(drum(spec, cut.pieces, cut.low, centre, shapes), 3))
     elif spec.base:
         ring(f"{spec.name}.base", footing(f"{spec.name}.base", cut), np.eye(3), 0.0, support=True)
     for number in range(spec.rings):
@@ -213,11 +215,11 @@ def build(spec: DomeStructure, dimension: int) -> Assembly:
         ring(group, stone(group, cut, number, frame), frame, shift, support=False)
     if not spec.oculus:
         shapes.append(Shape(f"{spec.name}.crown", crown(cut, spec.sweep, spec.slices)))
-        pose = Pose(np.eye(3), centre)
-        blocks.append(Block(f"{spec.name}.crown", len(shapes) - 1, pose, (spec.name,)))
+        name = f"{spec.name}.crown"
+        parts.append(Blocks.alike([name], len(shapes) - 1, np.eye(3), centre, [(spec.name,)]))
     if spec.sides:
-        _add_sides(spec, cut, centre, shapes, blocks)
-    return Assembly(3, tuple(shapes), tuple(blocks))
+        parts.append(Blocks.of(_sides(spec, cut, centre, shapes), 3))
+    return Assembly(3, shapes, Blocks.joined(parts))
 
 
 def _check(spec: DomeStructure, dimension: int) -> None:
@@ -327,9 +329,7 @@ def crown(cut: Cut, sweep: float, slices: int) -> Polytope:
     return Polytope(np.concatenate(rims), tuple(loops), tuple(names), (*labels, "", ""))
 
 
-def _add_sides(
-    spec: DomeStructure, cut: Cut, centre: FloatArray, shapes: list[Shape], blocks: list[Block]
-) -> None:
+def _sides(spec: DomeStructure, cut: Cut, centre: FloatArray, shapes: list[Shape]) -> Iterator[Block]:
     """Supports beside a sector: plates on its two meridian planes."""
     margin = MARGIN * spec.thickness
     reach = max(cut.high, cut.low + spec.width) + margin
@@ -341,4 +341,4 @@ def _add_sides(
         name = f"{spec.name}.side_{side}"
         shapes.append(Shape(name, Polytope(plate.vertices, plate.faces, plate.names, labels)))
         pose = Pose(about_axis(longitude), centre)
-        blocks.append(Block(name, len(shapes) - 1, pose, (spec.name,), support=True))
+        yield Block(name, len(shapes) - 1, pose, (spec.name,), support=True)

@@ -46,10 +46,10 @@ def depth_below(spec: DomeStructure) -> float:
     return drum + (spec.pier_height or 0.0 if spec.piers else 0.0)
 
 
-def add_drum(
-    spec: DomeStructure, pieces: int, low: float, centre: FloatArray, shapes: list[Shape], blocks: list[Block]
-) -> None:
-    """Add stones ``name.d1.s1`` ..., piers ``name.p1.c1`` ... from below, and ``name.base`` under the lowest.
+def drum(
+    spec: DomeStructure, pieces: int, low: float, centre: FloatArray, shapes: list[Shape]
+) -> list[Block]:  # fmt: skip
+    """Stones ``name.d1.s1`` ..., piers ``name.p1.c1`` ... from below, and ``name.base`` under the lowest.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def add_drum(
     pieces : Flat pieces of a stone's curved face.
     low : Radius of the intrados [m].
     centre : Of the dome, shape (3,) [m].
-    shapes, blocks : Lists that shapes and blocks are appended to.
+    shapes : List that their shapes are appended to.
 
     Raises
     ------
@@ -71,6 +71,7 @@ def add_drum(
         )
     turn = np.radians(spec.sweep) / (spec.slices * pieces)
     high = low + spec.width
+    blocks: list[Block] = []
 
     def lay(layer: Layer, shape: Shape, support: bool = False) -> None:
         shapes.append(shape)
@@ -92,6 +93,7 @@ def add_drum(
         lay(under, _shape(base, under, radii, turn, faces), support=True)
     for layer in layers:
         lay(layer, _shape(layer.groups[0][-1], layer, (low, high), turn, (FACES, JOINTS)))
+    return blocks
 
 
 def _piers(spec: DomeStructure, pieces: int) -> list[Layer]:

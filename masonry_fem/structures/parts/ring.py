@@ -11,10 +11,14 @@ from masonry_fem.solid.pose import FloatArray
 MARGIN = 0.25  # of the thickness: how far supports extend beyond the stones
 
 
-def about_axis(longitude: float) -> FloatArray:
-    """Rotation about the vertical axis, shape (3, 3)."""
-    c, s = np.cos(longitude), np.sin(longitude)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+def about_axis(longitude: float | FloatArray) -> FloatArray:
+    """Rotations about the vertical axis by angles of any shape [rad], shape (..., 3, 3)."""
+    turn = np.zeros((*np.shape(longitude), 3, 3))
+    turn[..., 0, 0] = turn[..., 1, 1] = np.cos(longitude)
+    turn[..., 1, 0] = np.sin(longitude)
+    turn[..., 0, 1] = -turn[..., 1, 0]
+    turn[..., 2, 2] = 1.0
+    return turn
 
 
 def ring_stone(

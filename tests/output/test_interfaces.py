@@ -21,7 +21,7 @@ from masonry_fem.output.interfaces import (
     HINGE,
     MIDDLE_THIRD,
     InterfaceForces,
-    _side_name,
+    _side_names,
     interface_forces,
 )
 from masonry_fem.output.joint_faces import JointFaces
@@ -200,7 +200,8 @@ def test_buttress_under_a_thrust(push: float, status: int):
     faces = JointFaces.of(result.march.model)
     nameless = replace(faces, sides=np.full((1, 1, 2), ""))  # as of a stone that stands askew
     along = faces.axes[0, 0, 0]
-    assert [_side_name(nameless, 0, np.array([along * way])) for way in (-1, 1)] == ["-x", "+x"]
+    ends = [_side_names(nameless, np.array([[along * way]])) for way in (-1, 1)]
+    assert ends == [["-x"], ["+x"]]
 
 
 def test_a6_5_floor_opens_by_its_turn_and_presses_the_edge():

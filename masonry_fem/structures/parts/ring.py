@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.polytope import Polytope
@@ -11,7 +12,7 @@ from masonry_fem.solid.pose import FloatArray
 MARGIN = 0.25  # of the thickness: how far supports extend beyond the stones
 
 
-def about_axis(longitude: float | FloatArray) -> FloatArray:
+def about_axis(longitude: ArrayLike) -> FloatArray:
     """Rotations about the vertical axis by angles of any shape [rad], shape (..., 3, 3)."""
     turn = np.zeros((*np.shape(longitude), 3, 3))
     turn[..., 0, 0] = turn[..., 1, 1] = np.cos(longitude)

@@ -33,12 +33,16 @@ def worked(size: int, times: int) -> None:
         return
     text = wall(size, size, push=0.0, fidelity="elastic", divisions=[4, 2, 2], solver="tolerance = 1e-8")
     before: Row = {}
-    for _ in range(times):
-        summary = plain(solve_scene(loads(text)).summary)
-        spent = summary["ranks"]["work"]
-        summary["ranks"]["work"] = {kind: _since(before.get(kind), work) for kind, work in spent.items()}
-        before = spent
-    ranks.team().end(0)
+    code = 1
+    try:
+        for _ in range(times):
+            summary = plain(solve_scene(loads(text)).summary)
+            spent = summary["ranks"]["work"]
+            summary["ranks"]["work"] = {kind: _since(before.get(kind), work) for kind, work in spent.items()}
+            before = spent
+        code = 0
+    finally:  # the others wait for the leader, whatever happens
+        ranks.team().end(code)
     print(json.dumps(summary))
 
 

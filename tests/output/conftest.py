@@ -55,6 +55,18 @@ class FakeGroup:
     def nodes(self, body: int) -> np.ndarray:
         return self.points[body]
 
+    @property
+    def alike(self) -> np.ndarray:
+        return np.zeros(len(self.points), dtype=int)
+
+    @property
+    def places(self) -> np.ndarray:
+        return np.concatenate(self.points)
+
+    @property
+    def first(self) -> np.ndarray:
+        return np.cumsum([0, *map(len, self.points)])
+
     def displacements(self, state: Moved) -> np.ndarray:
         return np.concatenate(list(state.displacement))
 

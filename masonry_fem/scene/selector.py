@@ -78,7 +78,13 @@ def only(chosen: Sequence[int], selector: str, names: Sequence[str], what: str) 
 
 
 def nothing_selected(selector: str, names: Iterable[str], what: str, noun: str = "block") -> str:
-    """The sentence for a selector that names nothing, with the nearest of the names there are."""
+    """The sentence for a selector that names nothing, with the nearest of the names there are.
+
+    Parameters
+    ----------
+    selector : Pattern. names : Of all candidates and their groups.
+    what : Key of the selector. noun : What the candidates are.
+    """
     known = list(dict.fromkeys(name for name in names if name))
     near = nearest(selector, known)
     some = listed(known[:SHOWN]) + (", ..." if len(known) > SHOWN else "")

@@ -21,7 +21,7 @@ from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Blocks, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
-from masonry_fem.structures.parts.drum import depth_below, drum
+from masonry_fem.structures.parts.drum import depth_below, drum_stones
 from masonry_fem.structures.parts.ring import MARGIN, about_axis, ring_stone
 
 
@@ -205,7 +205,7 @@ def build(spec: DomeStructure, dimension: int) -> Assembly:
         parts.append(Blocks.alike(names, len(shapes) - 1, turn, centre, groups, support))
 
     if spec.drum_courses or spec.piers:
-        parts.append(Blocks.of(drum(spec, cut.pieces, cut.low, centre, shapes), 3))
+        parts.append(Blocks.of(drum_stones(spec, cut.pieces, cut.low, centre, shapes), 3))
     elif spec.base:
         ring(f"{spec.name}.base", footing(f"{spec.name}.base", cut), np.eye(3), 0.0, support=True)
     for number in range(spec.rings):

@@ -46,7 +46,7 @@ def depth_below(spec: DomeStructure) -> float:
     return drum + (spec.pier_height or 0.0 if spec.piers else 0.0)
 
 
-def drum(
+def drum_stones(
     spec: DomeStructure, pieces: int, low: float, centre: FloatArray, shapes: list[Shape]
 ) -> list[Block]:  # fmt: skip
     """Stones ``name.d1.s1`` ..., piers ``name.p1.c1`` ... from below, and ``name.base`` under the lowest.

@@ -14,11 +14,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-import numpy as np
-
 from masonry_fem.errors import SceneError
 from masonry_fem.records import discovery
-from masonry_fem.solid.mesh import IntArray
 
 if TYPE_CHECKING:
     from masonry_fem.bodies.base import BodyGroup
@@ -26,6 +23,7 @@ if TYPE_CHECKING:
     from masonry_fem.fem.material_law import MaterialLaw
     from masonry_fem.scene.specs import Material
     from masonry_fem.solid.assembly import Assembly
+    from masonry_fem.solid.mesh import IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +123,8 @@ def distinct(given: Given) -> tuple[list[Material], IntArray]:
     ----------
     given : The stones.
     """
+    import numpy as np  # noqa: PLC0415 - a scene is read without it
+
     stones = given.materials.values()
     kinds = dict(zip(map(id, stones), stones, strict=True))
     number = {key: at for at, key in enumerate(kinds)}

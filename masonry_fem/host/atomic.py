@@ -20,8 +20,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from masonry_fem.errors import OutputError
 
 PART = ".part"
@@ -94,6 +92,8 @@ def write_table(path: Path, titles: Iterable[str], rows: Iterable[Iterable[Any]]
     ------
     OutputError : The disk is full, or the place may not be written to.
     """
+    import numpy as np  # noqa: PLC0415 - the command line reads this file
+
     head = list(titles)
     cells = np.fromiter(chain.from_iterable(rows), dtype=object)
     cells[cells != cells] = ""  # noqa: PLR0124 - nan is what differs from itself

@@ -190,6 +190,15 @@ class Blocks(Sequence[Block]):
             support=self.support[numbers],
         )
 
+    def index(self, value: object, start: int = 0, stop: int | None = None) -> int:
+        """Number of a block, which its name tells."""
+        if not isinstance(value, Block):
+            raise ValueError(f"{value!r} is no block, expected a Block; look names up in 'names'")
+        return self.names.index(value.name, start, len(self) if stop is None else stop)
+
+    def __contains__(self, value: object) -> bool:
+        return isinstance(value, Block) and value.name in self.names
+
     def __len__(self) -> int:
         return len(self.names)
 

@@ -21,7 +21,7 @@ from masonry_fem.errors import SceneError
 from masonry_fem.nscd.mumps import LARGE
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import shown
-from masonry_fem.solid.assembly import Shape, taken
+from masonry_fem.solid.assembly import Shape, first_of_each, taken
 from masonry_fem.solid.mesh import IntArray
 
 BLOCKS = 1e5  # a rigid wall of so many is built in about a minute
@@ -192,12 +192,10 @@ def _elastic_shapes(stones: Stones) -> Iterator[tuple[int, float]]:
     from masonry_fem.meshing.mesher import foreseen_cells  # noqa: PLC0415 - rigid stones need no meshes
 
     shapes, meshes = stones.assembly.blocks.shape[elastic], taken(stones.mesh, np.array(elastic))
-    pairs = zip(shapes.tolist(), meshes, strict=True)
-    first = dict(zip(reversed(list(pairs)), reversed(elastic), strict=True))
-    for (number, mesh), block in sorted(first.items(), key=lambda one: one[1]):
+    for (number, mesh), at in first_of_each(list(zip(shapes.tolist(), meshes, strict=True))).items():
         shape = stones.assembly.shapes[number]
         if shape.mesh is None:
-            yield block, foreseen_cells(shape, mesh)
+            yield elastic[at], foreseen_cells(shape, mesh)
 
 
 def _room() -> float:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from masonry_fem.build.foresight import foresee_points
 from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.scatter import scatter_factors
-from masonry_fem.build.stones import Stones, matching
+from masonry_fem.build.selection import matching
+from masonry_fem.build.stones import Stones
 from masonry_fem.build.ties import with_ties
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.interfaces import Interfaces

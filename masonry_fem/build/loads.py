@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup, FloatArray
-from masonry_fem.build.stones import Stones, faces_of, select_blocks
+from masonry_fem.build.selection import select_blocks
+from masonry_fem.build.stones import Stones, faces_of
 from masonry_fem.build.supports import time_factor
 from masonry_fem.build.track import TrackFaces, lines_across, track_of
 from masonry_fem.errors import SceneError

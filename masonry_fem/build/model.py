@@ -20,8 +20,9 @@ from masonry_fem.build.material_law import material_law
 from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
+from masonry_fem.build.selection import select_blocks
 from masonry_fem.build.shaking import shaken, shaking
-from masonry_fem.build.stones import Stones, lay, meshed, present, select_blocks, typical_length
+from masonry_fem.build.stones import Stones, lay, meshed, present, typical_length
 from masonry_fem.build.supports import last_change
 from masonry_fem.build.temperature import Expansions, expansions
 from masonry_fem.contact.detection import REACH, detect
@@ -199,11 +200,11 @@ def body_groups(
     if held := stones.of(None):
         groups.append(SupportGroup(stones.assembly, held, [stones.motion.get(block) for block in held]))
     for kind in _used(stones):
-        own = np.array(stones.of(kind.name))
+        own = stones.of(kind.name)
         given = Given(
             assembly=stones.assembly,
             materials=dict(
-                zip(own, map(scene.materials.__getitem__, taken(stones.material, own)), strict=True)
+                zip(own, map(scene.materials.__getitem__, taken(stones.material, np.array(own))), strict=True)
             ),
             clamps=stones.clamps,
             plane=scene.plane,

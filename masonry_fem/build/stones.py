@@ -9,10 +9,8 @@ moving how; shapes meshed where a block deforms, once for each distinct shape an
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fnmatch import translate
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +19,7 @@ from msgspec import structs
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.support import Clamp, Motion
+from masonry_fem.build.selection import matching, select_blocks
 from masonry_fem.build.supports import motion_of
 from masonry_fem.contact.interfaces import numbered
 from masonry_fem.errors import SceneError
@@ -29,8 +28,8 @@ from masonry_fem.fidelities import deforms
 from masonry_fem.fidelities import fidelity as fidelity_of
 from masonry_fem.host.phases import At
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import matches, nothing_selected, select, split_face
-from masonry_fem.solid.assembly import Assembly, Blocks, Shape, taken
+from masonry_fem.scene.selector import select, split_face
+from masonry_fem.solid.assembly import Assembly, Blocks, Shape, first_of_each, taken
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.structures import assemble, build_structures
 
@@ -62,7 +61,7 @@ class Stones:
 
     def meshes(self) -> dict[tuple[str, specs.MeshSettings], Shape]:
         """Meshed shapes by name and settings."""
-        pairs = set(zip(self.assembly.blocks.shape.tolist(), self.mesh, strict=True))
+        pairs = dict.fromkeys(zip(self.assembly.blocks.shape.tolist(), self.mesh, strict=True))
         shapes = [(self.assembly.shapes[number], wanted) for number, wanted in pairs]
         return {(shape.name, wanted): shape for shape, wanted in shapes if shape.mesh is not None}
 
@@ -93,39 +92,6 @@ class Stones:
         yields = self.where(lambda own: own is not None and fidelity_of(own).yields)
         found: list[int] = np.flatnonzero(yields).tolist()
         return found
-
-
-def matching(pattern: str, blocks: Blocks) -> Mask:
-    """Whether a pattern matches the name or a group of each block, shape (b,).
-
-    Parameters
-    ----------
-    pattern : Shell-style. blocks : All blocks.
-    """
-    if pattern == "*":
-        return np.ones(len(blocks), dtype=bool)
-    of_groups = np.array([matches(pattern, groups) for groups in blocks.groupings], dtype=bool)
-    match = re.compile(translate(pattern)).match
-    found: Mask = of_groups[blocks.grouping] | np.fromiter(map(bool, map(match, blocks.names)), bool)
-    return found
-
-
-def select_blocks(selector: str, blocks: Blocks, what: str) -> list[int]:
-    """Numbers of the blocks that a selector names.
-
-    Parameters
-    ----------
-    selector : Pattern. blocks : All blocks. what : The key that holds the selector, for the message.
-
-    Raises
-    ------
-    SceneError : Where nothing is selected; it lists the nearest names.
-    """
-    chosen: list[int] = np.flatnonzero(matching(selector, blocks)).tolist()
-    if not chosen:
-        names = [name for block in blocks for name in (block.name, *block.groups)]
-        raise SceneError(nothing_selected(selector, names, what))
-    return chosen
 
 
 def lay(scene: specs.Scene, base: Path) -> Stones:
@@ -316,9 +282,7 @@ def faces_of(assembly: Assembly, block: int, pattern: str, key: str) -> list[int
 def _check_materials(
     scene: specs.Scene, assembly: Assembly, fidelity: list[str | None], material: tuple[str, ...]
 ) -> None:
-    pairs = list(zip(fidelity, material, strict=True))
-    first = dict(zip(reversed(pairs), reversed(range(len(pairs))), strict=True))
-    for (own, name), block in sorted(first.items(), key=lambda one: one[1]):
+    for (own, name), block in first_of_each(list(zip(fidelity, material, strict=True))).items():
         if deforms(own) and not scene.materials[name].stiff:
             raise SceneError(
                 f"materials.{name}.young is missing: block '{assembly.blocks.names[block]}' is {own} and "

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from masonry_fem.build.stones import Stones, select_blocks
+from masonry_fem.build.selection import select_blocks
+from masonry_fem.build.stones import Stones
 from masonry_fem.build.supports import ramp, time_factor
 from masonry_fem.errors import SceneError
 from masonry_fem.fidelities import deforms

@@ -16,7 +16,8 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from masonry_fem.build.stones import Stones, select_blocks
+from masonry_fem.build.selection import select_blocks
+from masonry_fem.build.stones import Stones
 from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, local_frames
 from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.update import joined

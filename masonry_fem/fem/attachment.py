@@ -153,9 +153,9 @@ class ElasticAttachment[S: Deformed](ABC):
         yields = np.isin(self.bodies, list(own))
         known = () if yields.all() else self._by_pattern(scheme)
         for pattern in np.unique(self.pattern[~yields]).tolist():
-            first = self.start[:-1][~yields & (self.pattern == pattern)]
-            count = np.diff(self.start)[self.pattern == pattern][0]
-            rows = self.order[first[:, None] + np.arange(count)]
+            alike = np.flatnonzero(~yields & (self.pattern == pattern))
+            first, last = self.start[alike], self.start[alike[0] + 1]
+            rows = self.order[first[:, None] + np.arange(last - first[0])]
             result.append((rows, local[rows], known[pattern]))
         for at in np.flatnonzero(yields).tolist():
             rows = self._sides_of(at)

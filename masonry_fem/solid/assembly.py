@@ -6,7 +6,7 @@ is done once for each distinct shape.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import overload
@@ -123,13 +123,15 @@ class Blocks(Sequence[Block]):
         )
 
     @classmethod
-    def alike(
+    def laid(
         cls,
         names: Sequence[str],
         shape: int | IntArray,
         rotation: FloatArray,
         translation: FloatArray,
-        groups: Sequence[tuple[str, ...]],
+        groupings: Sequence[tuple[str, ...]],
+        grouping: int | IntArray = 0,
+        *,
         support: bool = False,
     ) -> Blocks:
         """The b blocks of a course or a ring, all supports or none.
@@ -138,7 +140,9 @@ class Blocks(Sequence[Block]):
         ----------
         names : Of the blocks. shape : Of all, or of each, shape (b,).
         rotation, translation : Of all, or of each, shapes (b, d, d) and (b, d) [m].
-        groups : Those of all, or of each. support : Whether they are supports.
+        groupings : Groups that they have.
+        grouping : Number of the groups of all blocks among these, or of each, shape (b,).
+        support : Whether they are supports.
         """
         b, d = len(names), translation.shape[-1]
         return cls(
@@ -146,8 +150,8 @@ class Blocks(Sequence[Block]):
             shape=np.broadcast_to(np.asarray(shape, dtype=np.int64), (b,)),
             rotation=np.broadcast_to(rotation, (b, d, d)),
             translation=np.broadcast_to(translation, (b, d)),
-            grouping=np.arange(b) if len(groups) > 1 else np.zeros(b, dtype=np.int64),
-            groupings=tuple(groups),
+            grouping=np.broadcast_to(np.asarray(grouping, dtype=np.int64), (b,)),
+            groupings=tuple(groupings),
             support=np.full(b, support),
         )
 
@@ -225,6 +229,17 @@ def taken[T](values: Sequence[T], numbers: IntArray) -> tuple[T, ...]:
     values : Of any kind. numbers : Shape (k,).
     """
     return tuple(map(values.__getitem__, numbers.tolist()))
+
+
+def first_of_each[T: Hashable](values: Sequence[T]) -> dict[T, int]:
+    """Where each distinct value comes first, in that order.
+
+    Parameters
+    ----------
+    values : Of any kind.
+    """
+    places = dict(zip(reversed(values), reversed(range(len(values))), strict=True))
+    return dict(sorted(places.items(), key=lambda one: one[1]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -120,7 +120,7 @@ def build(spec: BarrelVaultStructure, dimension: int) -> Assembly:
             number[at] = kinds[kind]
         place = np.tile(origin, (len(names), 1))
         place[:, 1] += heads[:-1] * length
-        parts.append(Blocks.alike(names, number[of], turn, place, [groups]))
+        parts.append(Blocks.laid(names, number[of], turn, place, [groups]))
     return Assembly(3, (*quarry.shapes, *shapes), Blocks.joined(parts))
 
 

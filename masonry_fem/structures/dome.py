@@ -200,9 +200,9 @@ def build(spec: DomeStructure, dimension: int) -> Assembly:
     def ring(group: str, shape: Shape, frame: FloatArray, shift: float, support: bool) -> None:
         shapes.append(shape)
         turn = about_axis(float(cut.slice) * (np.arange(spec.slices) + (0.5 + shift))) @ frame
-        names = list(map(f"{group}.".__add__, ends))
+        names, own = list(map(f"{group}.".__add__, ends)), np.arange(len(ends))
         groups = list(zip(repeat(spec.name), repeat(group), map(f"{spec.name}.".__add__, ends)))
-        parts.append(Blocks.alike(names, len(shapes) - 1, turn, centre, groups, support))
+        parts.append(Blocks.laid(names, len(shapes) - 1, turn, centre, groups, own, support=support))
 
     if spec.drum_courses or spec.piers:
         parts.append(Blocks.of(drum_stones(spec, cut.pieces, cut.low, centre, shapes), 3))
@@ -216,7 +216,7 @@ def build(spec: DomeStructure, dimension: int) -> Assembly:
     if not spec.oculus:
         shapes.append(Shape(f"{spec.name}.crown", crown(cut, spec.sweep, spec.slices)))
         name = f"{spec.name}.crown"
-        parts.append(Blocks.alike([name], len(shapes) - 1, np.eye(3), centre, [(spec.name,)]))
+        parts.append(Blocks.laid([name], len(shapes) - 1, np.eye(3), centre, [(spec.name,)]))
     if spec.sides:
         parts.append(Blocks.of(_sides(spec, cut, centre, shapes), 3))
     return Assembly(3, shapes, Blocks.joined(parts))

@@ -306,14 +306,14 @@ class _Stones:
 
 
 @dataclass(frozen=True, slots=True)
-class _Layout:
+class _Course:
     """The s stones of a course, row by row from the front, each from the left; many courses are alike.
 
     Attributes
     ----------
     names : Ends of their names, after that of the course.
     shape : Number of their shapes, shape (s,).
-    start : Left ends, from that of the wall, shape (s,) [m]. shift : Of the right halves of bricks [m].
+    start : Left ends, from that of the wall, shape (s,) [m].
     low : First wythe of each, shape (s,).
     grouping : Number of each stone's groups in ``groupings``, shape (s,).
     groupings : Ends of the names of groups after that of the wall, and of the brick after that of the course.
@@ -322,7 +322,6 @@ class _Layout:
     names: tuple[str, ...]
     shape: IntArray
     start: FloatArray
-    shift: FloatArray
     low: FloatArray
     grouping: IntArray
     groupings: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
@@ -330,40 +329,33 @@ class _Layout:
 
 def _courses(spec: WallStructure, stones: _Stones, origin: FloatArray) -> Iterator[Blocks]:
     """The bricks of each course from below; courses that are alike are laid out once."""
-    known: dict[tuple[object, ...], _Layout] = {}
+    known: dict[tuple[object, ...], _Course] = {}
     d = stones.dimension
     for course in range(1, spec.courses + 1):
         free = solid_stretches(spec.spans, course - 1, (0.0, spec.length), ROUNDING * spec.brick[0])
         alike = (course % period_of(spec), *free)
         if alike not in known:
-            known[alike] = _layout(spec, course, free, stones)
+            known[alike] = _course(spec, course, free, stones)
         laid = known[alike]
         place = np.tile(origin, (len(laid.names), 1))
         place[:, 0] += laid.start
         place[:, -1] += (course - 1) * spec.brick[-1]
         if d == 3:
             place[:, 1] += laid.low * spec.brick[1]
-        place[:, 0] += laid.shift
         group = f"{spec.name}.c{course}"
-        yield Blocks(
-            names=tuple(map(f"{group}.".__add__, laid.names)),
-            shape=laid.shape,
-            rotation=np.tile(np.eye(d), (len(place), 1, 1)),
-            translation=place,
-            grouping=laid.grouping,
-            groupings=tuple(
-                (spec.name, group, *(f"{spec.name}.{end}" for end in own), *(f"{group}.{b}" for b in brick))
-                for own, brick in laid.groupings
-            ),
-            support=np.zeros(len(place), dtype=bool),
-        )
+        names = tuple(map(f"{group}.".__add__, laid.names))
+        groupings = [
+            (spec.name, group, *(f"{spec.name}.{end}" for end in own), *(f"{group}.{b}" for b in brick))
+            for own, brick in laid.groupings
+        ]
+        yield Blocks.laid(names, laid.shape, np.eye(d), place, groupings, laid.grouping)
 
 
-def _layout(
+def _course(
     spec: WallStructure, course: int, free: list[tuple[float, float]], stones: _Stones
-) -> _Layout:  # fmt: skip
+) -> _Course:  # fmt: skip
     """A course in which ``free`` is what openings leave."""
-    names, shape, start, shift, lows, groups = [], [], [], [], [], []
+    names, shape, start, lows, groups = [], [], [], [], []
     for number, (piece, low, high) in enumerate(_pieces(spec, course, free), start=1):
         own = (f"{piece.kind}s", *([f"w{high}"] if spec.wythes > 1 and high == low + 1 else []))
         size = stones.size(piece.length, high - low)
@@ -376,16 +368,14 @@ def _layout(
         for name, moved, joint in made:
             names.append(name)
             shape.append(stones.number_of(size, joint))
-            start.append(piece.start)
-            shift.append(moved)
+            start.append(piece.start + moved)
             lows.append(low)
             groups.append((own, (f"b{number}",) if joint else ()))
     groupings = {one: number for number, one in enumerate(dict.fromkeys(groups))}
-    return _Layout(
+    return _Course(
         tuple(names),
         np.array(shape, dtype=np.int64),
         np.array(start, dtype=float),
-        np.array(shift, dtype=float),
         np.array(lows, dtype=float),
         np.array([groupings[one] for one in groups], dtype=np.int64),
         tuple(groupings),

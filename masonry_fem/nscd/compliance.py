@@ -310,7 +310,7 @@ class Shared(Operator):
     def diagonal(self) -> FloatArray:
         """Each contact's own block, shape (c, d, d) [1/kg]."""
         if self._diagonal is None:
-            self._diagonal = self.among(np.arange(self.count)[:, None])
+            self._diagonal = self._own_blocks()
         return self._diagonal.copy()
 
     def norms(self) -> FloatArray:
@@ -340,6 +340,19 @@ class Shared(Operator):
             at = np.arange(k * d)
             taken[:, at, at] += self.bed[groups].reshape(n, -1)
         return taken
+
+    def _own_blocks(self) -> FloatArray:
+        """Each contact's own block, shape (c, d, d)."""
+        from masonry_fem.nscd.scatter import add_own  # noqa: PLC0415 - Numba is slow to import
+
+        d = self.dimension
+        blocks = np.zeros((self.count, d, d))
+        for kind in self.kinds:
+            add_own(blocks, kind.contacts, kind.turns, kind.matrices, kind.kind)
+        if self.bed is not None:
+            axes = np.arange(d)
+            blocks[:, axes, axes] += self.bed
+        return blocks
 
     def strongest(self, least: float) -> tuple[IntArray, FloatArray]:
         """Pairs of contacts of a stone that are coupled by more than ``least``, and by how much."""

@@ -79,9 +79,9 @@ def natural_maps(
 
 @compiled(error_model="numpy")
 def curnier(
-    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray, over: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, Mask, Mask]:
-    """The Alart–Curnier function F(p, v) and its derivatives.
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
+) -> tuple[FloatArray, Mask, Mask]:
+    """The Alart–Curnier function F(p, v).
 
     With x = p − ρ v: F_N = p_N − max(x_N, 0), F_T = p_T − P_disk(μ max(x_N, 0))(x_T); zero where Signorini's
     and Coulomb's graphs both hold.
@@ -89,48 +89,61 @@ def curnier(
     Parameters
     ----------
     impulse, velocity : p and v, shape (c, d). friction : μ, shape (c,). rho : ρ > 0, shape (c,) [kg].
-    over : What ∂F/∂v is divided by, shape (c,).
 
     Returns
     -------
-    F (c, d), ∂F/∂p (c, d, d), ∂F/∂v divided (c, d, d): of the generalised Jacobian the branch that is closed
-    and sticks, where a contact is on an edge. Contacts that are open, with F = p, and those that stick, with
-    F = p − (p − ρ v), both (c,).
+    F (c, d); contacts that are open, with F = p, and those that stick, with F = p − (p − ρ v), both (c,).
     """
     count, d = impulse.shape
-    residual, by_impulse, by_velocity = np.empty((count, d)), np.empty((count, d, d)), np.empty((count, d, d))
+    residual = np.empty((count, d))
     is_open, sticks = np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.bool_)
     for contact in range(count):
-        p, v = _three(impulse, contact), _three(velocity, contact)
-        mu, r, unit = friction[contact], rho[contact], over[contact]
-        trial = (p[0] - r * v[0], p[1] - r * v[1], p[2] - r * v[2])
-        radius = mu * trial[0]
-        size = 0.0 if _within(trial, radius) else math.hypot(trial[1], trial[2])
+        p, mu = _three(impulse, contact), friction[contact]
+        trial, size = _trial(p, _three(velocity, contact), mu, rho[contact])
         is_open[contact] = not trial[0] >= 0
-        sticks[contact] = trial[0] >= 0 and not size > radius
-        if is_open[contact] or sticks[contact]:
-            kept, gone = (1.0, 0.0) if is_open[contact] else (0.0, r / unit)
-            for i in range(d):  # r v itself would show velocities that are rounding beside the impulse
-                residual[contact, i] = p[i] if is_open[contact] else p[i] - trial[i]
+        sticks[contact] = trial[0] >= 0 and not size > mu * trial[0]
+        for i in range(d):  # r v itself would show velocities that are rounding beside the impulse
+            left = p[i] if is_open[contact] else p[i] - trial[i]
+            slides = i > 0 and not (is_open[contact] or sticks[contact])
+            residual[contact, i] = p[i] - mu * trial[0] * (trial[i] / size) if slides else left
+    return residual, is_open, sticks
+
+
+@compiled(error_model="numpy")
+def curnier_derivatives(
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray, over: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """∂F/∂p and ∂F/∂v divided, both (c, d, d).
+
+    Of the generalised Jacobian the branch that is closed and sticks, where a contact is on an edge.
+
+    Parameters
+    ----------
+    impulse, velocity, friction, rho : As for ``curnier``. over : What ∂F/∂v is divided by, shape (c,).
+    """
+    count, d = impulse.shape
+    by_impulse, by_velocity = np.empty((count, d, d)), np.empty((count, d, d))
+    for contact in range(count):
+        mu, r, unit = friction[contact], rho[contact], over[contact]
+        trial, size = _trial(_three(impulse, contact), _three(velocity, contact), mu, r)
+        radius = mu * trial[0]
+        if not trial[0] >= 0 or not size > radius:
+            kept, gone = (0.0, r / unit) if trial[0] >= 0 else (1.0, 0.0)
+            for i in range(d):
                 for j in range(d):
                     by_impulse[contact, i, j] = kept if i == j else 0.0
                     by_velocity[contact, i, j] = gone if i == j else 0.0
             continue
-        residual[contact, 0], by_impulse[contact, 0, 0], by_velocity[contact, 0, 0] = (
-            p[0] - trial[0],
-            0.0,
-            r / unit,
-        )
+        by_impulse[contact, 0, 0], by_velocity[contact, 0, 0] = 0.0, r / unit
         for i in range(1, d):
             along = trial[i] / size
-            residual[contact, i] = p[i] - radius * along
             by_impulse[contact, 0, i], by_velocity[contact, 0, i] = 0.0, 0.0
             by_impulse[contact, i, 0], by_velocity[contact, i, 0] = 0.0 - mu * along, r * (mu * along) / unit
             for j in range(1, d):
                 same = 1.0 if i == j else 0.0
                 slope = radius / size * (same - along * (trial[j] / size))
                 by_impulse[contact, i, j], by_velocity[contact, i, j] = same - slope, r * slope / unit
-    return residual, by_impulse, by_velocity, is_open, sticks
+    return by_impulse, by_velocity
 
 
 @compiled(error_model="numpy")
@@ -237,6 +250,13 @@ def _natural(p: Vector, motion: Vector, mu: float) -> Vector:
         share = excess / tangent
         return (motion[0] - mu * excess, motion[1] + share * trial[1], motion[2] + share * trial[2])
     return motion
+
+
+@compiled(inline="always")
+def _trial(p: Vector, v: Vector, mu: float, rho: float) -> tuple[Vector, float]:
+    """The trial point x = p − ρ v and ‖x_T‖, which is told as 0 where it is within μ x_N for certain."""
+    trial = (p[0] - rho * v[0], p[1] - rho * v[1], p[2] - rho * v[2])
+    return trial, 0.0 if _within(trial, mu * trial[0]) else math.hypot(trial[1], trial[2])
 
 
 @compiled(inline="always")

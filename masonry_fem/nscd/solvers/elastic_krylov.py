@@ -200,11 +200,11 @@ class Values:
     @classmethod
     def at(cls, terms: Terms, contacts: IntArray | None = None) -> Self:
         """Those of some contacts of a problem; None: of all."""
-        own, by_velocity, closed = terms.own, terms.by_velocity, terms.closed
-        if contacts is not None:
-            own, by_velocity = (np.take(blocks, contacts, axis=0) for blocks in (own, by_velocity))
-            closed = closed[contacts]
-        return cls(own / terms.unit, by_velocity, closed, terms.unit)
+        if contacts is None:
+            return cls(terms.own / terms.unit, terms.by_velocity, terms.closed, terms.unit)
+        own, by_velocity = (np.take(blocks, contacts, axis=0) for blocks in (terms.own, terms.by_velocity))
+        own /= terms.unit
+        return cls(own, by_velocity, terms.closed[contacts], terms.unit)
 
     def changed(self, before: Values) -> Mask:
         """Contacts that have others than before, shape (c,)."""

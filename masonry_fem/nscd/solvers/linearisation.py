@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,26 +16,38 @@ FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Linearisation:
-    """The contact function at a point.
+    """The contact function at a point, and its derivatives once they are asked for.
 
     Attributes
     ----------
     residual : F, shape (c, d).
-    by_impulse : A = ∂F/∂p, shape (c, d, d).
-    by_velocity : (∂F/∂v + A S) / ρ with the stiffness S of cohesion, shape (c, d, d).
     open : Contacts where F = p, shape (c,); not those with stiffness, where p follows v.
     plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
     rho : ρ, shape (c,).
+    derivatives : Makes ``by_impulse`` and ``by_velocity``. Most points are only looked at.
     """
 
     residual: FloatArray
-    by_impulse: FloatArray
-    by_velocity: FloatArray
     open: Mask
     plain: Mask
     rho: FloatArray
+    derivatives: Callable[[], tuple[FloatArray, FloatArray]]
+
+    @property
+    def by_impulse(self) -> FloatArray:
+        """A = ∂F/∂p, shape (c, d, d)."""
+        return self._made[0]
+
+    @property
+    def by_velocity(self) -> FloatArray:
+        """(∂F/∂v + A S) / ρ with the stiffness S of cohesion, shape (c, d, d)."""
+        return self._made[1]
+
+    @cached_property
+    def _made(self) -> tuple[FloatArray, FloatArray]:
+        return self.derivatives()
 
 
 def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
@@ -47,11 +61,10 @@ def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
     c, d = velocity.shape
     return Linearisation(
         residual=rho[:, None] * velocity,
-        by_impulse=np.zeros((c, d, d)),
-        by_velocity=np.tile(np.eye(d), (c, 1, 1)),
         open=np.zeros(c, dtype=bool),
         plain=np.ones(c, dtype=bool),
         rho=rho,
+        derivatives=lambda: (np.zeros((c, d, d)), np.tile(np.eye(d), (c, 1, 1))),
     )
 
 
@@ -64,16 +77,14 @@ def parted_contacts(bonded: Linearisation, impulse: FloatArray, apart: Mask) -> 
     impulse : p, shape (c, d) [N s].
     apart : Contacts that are open, shape (c,).
     """
-    d = impulse.shape[1]
-    free = np.where(apart[:, None, None], np.eye(d), 0.0)
-    return replace(
-        bonded,
-        residual=np.where(apart[:, None], impulse, bonded.residual),
-        by_impulse=free,
-        by_velocity=np.eye(d) - free,
-        open=apart,
-        plain=~apart,
-    )
+
+    def derivatives() -> tuple[FloatArray, FloatArray]:
+        identity = np.eye(impulse.shape[1])
+        free = np.where(apart[:, None, None], identity, 0.0)
+        return free, identity - free
+
+    residual = np.where(apart[:, None], impulse, bonded.residual)
+    return replace(bonded, residual=residual, open=apart, plain=~apart, derivatives=derivatives)
 
 
 def linearise(
@@ -98,15 +109,23 @@ def linearise(
     P. Alart and A. Curnier, "A mixed formulation for frictional contact problems prone to Newton like
     solution methods", Computer Methods in Applied Mechanics and Engineering 92 (1991).
     """
-    from masonry_fem.nscd.contact_measures import curnier  # noqa: PLC0415 - Numba is slow to import
+    from masonry_fem.nscd.contact_measures import (  # noqa: PLC0415 - Numba is slow to import
+        curnier,
+        curnier_derivatives,
+    )
 
-    over = rho if stiffness is None else np.ones_like(rho)
-    given = (np.ascontiguousarray(part) for part in (pressed, velocity, friction, rho, over))
-    residual, by_impulse, by_velocity, is_open, plain = curnier(*given)
+    given = [np.ascontiguousarray(part) for part in (pressed, velocity, friction, rho)]
+    residual, is_open, plain = curnier(*given)
     if stiffness is not None:
-        by_velocity = (by_velocity + multiplied(by_impulse, stiffness)) / rho[:, None, None]
         is_open &= ~stiffness.any(axis=(1, 2))
-    return Linearisation(residual, by_impulse, by_velocity, is_open, plain, rho)
+
+    def derivatives() -> tuple[FloatArray, FloatArray]:
+        by_impulse, by_velocity = curnier_derivatives(*given, rho if stiffness is None else np.ones_like(rho))
+        if stiffness is not None:
+            by_velocity = (by_velocity + multiplied(by_impulse, stiffness)) / rho[:, None, None]
+        return by_impulse, by_velocity
+
+    return Linearisation(residual, is_open, plain, rho, derivatives)
 
 
 def held_back(line: Linearisation, travelled: FloatArray, share: float) -> Linearisation:
@@ -118,12 +137,16 @@ def held_back(line: Linearisation, travelled: FloatArray, share: float) -> Linea
     travelled : v − v_k, shape (c, d).
     share : κ, the spring's share of a contact's own stiffness.
     """
-    at = np.flatnonzero(~line.open & ~line.plain)
-    by_velocity, residual = line.by_velocity.copy(), line.residual.copy()
-    tangents = np.arange(1, residual.shape[1])
-    by_velocity[at[:, None], tangents, tangents] += share
+    at, residual = np.flatnonzero(~line.open & ~line.plain), line.residual.copy()
     residual[at, 1:] += share * line.rho[at, None] * travelled[at, 1:]
-    return replace(line, by_velocity=by_velocity, residual=residual)
+
+    def derivatives() -> tuple[FloatArray, FloatArray]:
+        by_impulse, by_velocity = line.derivatives()
+        tangents = np.arange(1, residual.shape[1])
+        by_velocity[at[:, None], tangents, tangents] += share
+        return by_impulse, by_velocity
+
+    return replace(line, residual=residual, derivatives=derivatives)
 
 
 def slipping(
@@ -156,17 +179,16 @@ def slipping(
     across = identity[1:, 1:] - direction[:, :, None] * direction[:, None, :]
     slope[:, 1:, 1:] = ratio[:, None, None] * across
     projected = np.concatenate([trial[:, :1], radius[:, None] * direction], axis=1)
-    residual, by_impulse = line.residual.copy(), line.by_impulse.copy()
-    by_velocity = line.by_velocity.copy()
-    residual[chosen], by_impulse[chosen] = pressed[chosen] - projected, identity - slope
-    by_velocity[chosen] = slope
-    if stiffness is not None:
-        by_velocity[chosen] += multiplied(identity - slope, stiffness[chosen]) / line.rho[chosen, None, None]
-    return replace(
-        line,
-        residual=residual,
-        by_impulse=by_impulse,
-        by_velocity=by_velocity,
-        open=line.open & ~chosen,
-        plain=line.plain & ~chosen,
-    )
+    residual = line.residual.copy()
+    residual[chosen] = pressed[chosen] - projected
+
+    def derivatives() -> tuple[FloatArray, FloatArray]:
+        by_impulse, by_velocity = line.derivatives()
+        by_impulse[chosen], by_velocity[chosen] = identity - slope, slope
+        if stiffness is not None:
+            bonds = multiplied(identity - slope, stiffness[chosen])
+            by_velocity[chosen] += bonds / line.rho[chosen, None, None]
+        return by_impulse, by_velocity
+
+    shut = line.open & ~chosen, line.plain & ~chosen
+    return replace(line, residual=residual, open=shut[0], plain=shut[1], derivatives=derivatives)

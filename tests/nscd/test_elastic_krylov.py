@@ -93,8 +93,8 @@ def test_iterations_hardly_grow_with_the_wall(counts):
 
 @pytest.mark.parametrize(("fits", "most"), [(10_000, 50), (10, 20)], ids=["a factor fits", "none does"])
 def test_a_step_without_an_end_is_left_sooner_where_no_factor_fits(fits, most, counts, monkeypatch):
-    monkeypatch.setattr(elastic_krylov, "ACCURACY", 0.0)
-    monkeypatch.setattr(elastic_krylov, "FACTORED", fits)
+    for name, value in {"ACCURACY": 0.0, "CLOSER": 0.0, "FACTORED": fits}.items():
+        monkeypatch.setattr(elastic_krylov, name, value)
     problem = wall(**SIZE).problem()
     force = np.random.default_rng(3).normal(size=problem.free_velocity.shape)
     scale = np.abs(problem.compliance.diagonal()).mean()

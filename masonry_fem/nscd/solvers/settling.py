@@ -62,9 +62,10 @@ BETTER = 0.1
 # each round; and linear systems after which they have failed, those of the part's own parts included.
 # Where they lead somewhere they take up to 200; where not, they took up to 18 000.
 FIRM, SOFTER, MOST_SYSTEMS = 0.1, 0.3, 400
-# What each further rank adds to the speed of one where ranks solve for a group together: two take five sixths
-# of the time for 12 600 contacts, and as long as one for 4 500.
-GAIN = 0.2
+# What each further rank adds to the speed of one where ranks solve for a group together: two take two thirds
+# of the time for 16 500 contacts, five sixths for 12 600, and as long as one for 4 500. With 0.2 one of them
+# solved for 14 900 alone, in 4.3 s for 3.1, beside one that had next to nothing to do.
+GAIN = 0.4
 # Outcomes after which impulses are not held instead: slip held goes on, but there is no more time for it.
 UNFINISHED = {Outcome.MAX_ITERATIONS, Outcome.TIME_LIMIT}
 _NO_TIME = 1e-9  # a limit that is over [s]

@@ -23,7 +23,8 @@ IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 # Bodies from which all ranks factorise their matrix together: factors of 1640 cost each of two ranks half as
-# much then, solutions a third more. A part of 584 takes two ranks 3.7 s for 3.9. Below, runs give the same bits.
+# much then, solutions a third more. A part of 584 takes two ranks 3.7 s for 3.9. Fewer give the same bits
+# each time.
 TOGETHER = 500
 _NUMBERS = numbers()  # of divisions, for ranks to know them by
 

@@ -13,7 +13,7 @@ from masonry_fem.host.ranks import Member
 from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.solvers.body_matrix import scaled
-from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, Rows, Sets, Values
+from masonry_fem.nscd.solvers.elastic_krylov import Effort, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Given, Share, Step
@@ -59,7 +59,7 @@ def take_step(member: Member, given: tuple[int, Step]) -> None:
 
 
 def solve_step(
-    member: Member, given: tuple[int, tuple[FloatArray, FloatArray, FloatArray, int]]
+    member: Member, given: tuple[int, tuple[FloatArray, FloatArray, FloatArray, Effort]]
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended.
 
@@ -67,7 +67,7 @@ def solve_step(
     ----------
     member : The rank.
     given : Number of the contacts; right-hand sides of the rank's contacts (c, d) and bodies (b, m), w of
-        contacts that are unknowns, 0 of others, (c,), and iterations at most.
+        contacts that are unknowns, 0 of others, (c,), and what is asked of the iteration.
     """
     number, sides = given
     solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT][number].solve(*sides)
@@ -140,7 +140,7 @@ class Portion:
         return [given for _, given in self.rows.eliminated()]
 
     def solve(
-        self, force: FloatArray, balance: FloatArray, scale: FloatArray, most: int
+        self, force: FloatArray, balance: FloatArray, scale: FloatArray, effort: Effort
     ) -> tuple[FloatArray, FloatArray, bool]:
         """As ``solve_step``."""
         library, shape = petsc(), force.shape
@@ -161,8 +161,8 @@ class Portion:
         method = library.KSP().create(self.member.comm)
         method.setType("gmres")
         method.getPC().setType("none")
-        method.setGMRESRestart(most)
-        method.setTolerances(rtol=ACCURACY, atol=0.0, max_it=most)
+        method.setGMRESRestart(effort.most)
+        method.setTolerances(rtol=effort.accuracy, atol=0.0, max_it=effort.most)
         method.setOperators(shell)
         given, found = shell.createVecs()
         given.array[:] = left.ravel()

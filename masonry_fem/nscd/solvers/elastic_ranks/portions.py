@@ -15,13 +15,7 @@ from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library, Solve
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
-from masonry_fem.nscd.solvers.elastic_krylov import (
-    ACCURACY,
-    FACTORED,
-    ITERATIONS,
-    Values,
-    most_iterations,
-)
+from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, Effort, Values
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
 from masonry_fem.nscd.solvers.elastic_ranks.division import Division
 from masonry_fem.nscd.solvers.elastic_ranks.portion import solve_step, take_problem, take_share, take_step
@@ -166,14 +160,16 @@ class _Solver:
         force[kept] = rhs[:size].reshape(-1, d)
         scale = np.zeros(problem.count)
         scale[kept] = portions.scale[kept]
-        balance, most = rhs[size:].reshape(problem.body_count, -1), most_iterations(len(kept))
+        balance, effort = rhs[size:].reshape(problem.body_count, -1), Effort.of(len(kept))
         shares = [
-            (portions.division.number, (force[own], balance[part == rank], scale[own], most))
+            (portions.division.number, (force[own], balance[part == rank], scale[own], effort))
             for rank, own in enumerate(contacts)
         ]
         results = portions.team.call(solve_step, shares)
         if not results[0][2] and len(kept) <= FACTORED:
-            raise StagnationError(f"residual above {ACCURACY:.0e} of the first after {ITERATIONS} iterations")
+            raise StagnationError(
+                f"residual above {effort.accuracy:.0e} of the first after {effort.most} iterations"
+            )
         x, motion = np.zeros_like(force), np.empty_like(balance)
         for rank, (own, (impulse, moved, _)) in enumerate(zip(contacts, results, strict=True)):
             x[own] = impulse

@@ -70,8 +70,8 @@ FELT = 1e-5
 AT_ONCE = 2**20
 # Contacts up to which a factor takes over then. Beyond, a step is taken as it is after fewer iterations, and
 # the line search judges it: where stones lie loosely it becomes too short, and fifty leave no less to do than
-# twenty. The residual to reach is smaller: with ACCURACY three of ten runs of 100×100 bricks, which differ in
-# rounding, throw stones at one step or another and take up to 52 s for 33; so they take 30 s each.
+# twenty. The residual to reach is smaller: with ACCURACY two of 13 runs of 100×100 bricks, which differ in
+# rounding, throw stones at one step or another and take 40 and 52 s for 33; all take 30 s so.
 FACTORED = 20_000
 BEYOND, CLOSER = 20, 1e-3
 

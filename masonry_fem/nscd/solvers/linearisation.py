@@ -26,7 +26,7 @@ class Linearisation:
     open : Contacts where F = p, shape (c,); not those with stiffness, where p follows v.
     plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
     rho : ρ, shape (c,).
-    derivatives : Makes ``by_impulse`` and ``by_velocity``. Most points are only looked at.
+    derivatives : Makes ``by_impulse`` and ``by_velocity``, in new arrays. Most points are only looked at.
     """
 
     residual: FloatArray
@@ -190,5 +190,5 @@ def slipping(
             by_velocity[chosen] += bonds / line.rho[chosen, None, None]
         return by_impulse, by_velocity
 
-    shut = line.open & ~chosen, line.plain & ~chosen
-    return replace(line, residual=residual, open=shut[0], plain=shut[1], derivatives=derivatives)
+    still_open, still_plain = line.open & ~chosen, line.plain & ~chosen
+    return replace(line, residual=residual, open=still_open, plain=still_plain, derivatives=derivatives)

@@ -64,8 +64,8 @@ SHARE = 0.75
 # hundred and more.
 ITERATIONS = 50
 # Change of a contact's values, relative to what contacts give way on average, from which its interface is
-# solved for anew: 100×100 bricks take 33 s to solve for 35 with any change. The upper half of 12×12 bricks may
-# be a thousand times softer, and iterations are no more. With 1e-3 walls take twice as many linear systems.
+# solved for anew: 100×100 bricks take 33 s to solve for 35 with any change. Where half of a wall is a
+# thousand times softer, iterations are no more. With 1e-3 walls take twice as many linear systems.
 FELT = 1e-5
 # Entries of matrices that are made at a time. All at once 100×100 bricks take 4.10 GB for 3.84, and 39 s to
 # solve for 37; 40×40 take as long with any number from 2**14 on.

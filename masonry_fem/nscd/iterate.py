@@ -173,7 +173,7 @@ def _iterated(
     assert best.quality is not None  # offered at least once
     return Solution(
         impulse=impulse,
-        velocity=problem.velocity(impulse, rigid_velocity),
+        velocity=_velocity(problem, offer, impulse, rigid_velocity),
         rigid_velocity=rigid_velocity,
         outcome=outcome,
         quality=best.quality if chosen is None else quality,
@@ -183,6 +183,16 @@ def _iterated(
         method=method.name,
         history=np.array(history, dtype=float).reshape(-1, 3),
     )
+
+
+def _velocity(
+    problem: ContactProblem, offer: Iterate, impulse: FloatArray, rigid_velocity: FloatArray
+) -> FloatArray:
+    """V of the chosen state, mostly the one that was offered last, shape (c, d)."""
+    known = offer.products
+    if known is not None and known.are_of(impulse, rigid_velocity):
+        return known.velocity
+    return problem.velocity(impulse, rigid_velocity)
 
 
 def _tell(at: At, made: int, first: float, error: float, wanted: float) -> None:
@@ -198,6 +208,11 @@ def _begun(
     problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None, scale: FloatArray
 ) -> tuple[Run, Quality | None]:
     """A run of the method; or of a guess that is a solution already, and its quality."""
+    if start is not None and start.impulse is not None:
+        velocity = start.rigid_velocity
+        if velocity is None:
+            velocity = problem.balanced_velocity(start.impulse)
+        start = replace(start, products=problem.products(start.impulse, velocity))
     kept = _kept(problem, settings, start, scale)
     if kept is not None:
         return OneOffer(kept[0]), kept[1]
@@ -214,7 +229,9 @@ def _kept(
     elastic that blows up a rounding by the ratio of rigid to elastic velocities, 10⁶ and more.
     """
     for guess in _guesses(problem, start):
-        quality = assess(problem, guess.impulse, guess.rigid_velocity, scale, settings.least_impulse)
+        quality = assess(
+            problem, guess.impulse, guess.rigid_velocity, scale, settings.least_impulse, guess.products
+        )
         if quality.error <= settings.tolerance:
             return guess, quality
     return None
@@ -225,11 +242,9 @@ def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:
 
     No method comes to zero impulses exactly, and errors are relative to them.
     """
-    if start is not None and start.impulse is not None:
-        velocity = start.rigid_velocity
-        if velocity is None:
-            velocity = problem.balanced_velocity(start.impulse)
-        yield Iterate(start.impulse, velocity, iterations=0)
+    known = None if start is None else start.products
+    if known is not None:
+        yield Iterate(known.impulse, known.rigid_velocity, iterations=0, products=known)
     if (problem.rigid_mass > 0).all():
         yield Iterate(np.zeros_like(problem.free_velocity), problem.free_rigid_velocity(), iterations=0)
 

@@ -52,13 +52,14 @@ class Products(NamedTuple):
     given: FloatArray
 
     def are_of(self, impulse: FloatArray, rigid_velocity: FloatArray) -> bool:
-        """True where these very arrays were multiplied: a form that makes others of them has others.
+        """True where these were multiplied: a form that makes others of them has others.
 
         Parameters
         ----------
         impulse, rigid_velocity : As above.
         """
-        return self.impulse is impulse and self.rigid_velocity is rigid_velocity
+        pairs = (self.rigid_velocity, rigid_velocity), (self.impulse, impulse)
+        return all(one is other or np.array_equal(one, other) for one, other in pairs)
 
 
 @dataclass(frozen=True, slots=True)

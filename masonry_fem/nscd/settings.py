@@ -16,6 +16,8 @@ if TYPE_CHECKING:  # scenes that are only read need no NumPy
     import numpy as np
     from numpy.typing import NDArray
 
+    from masonry_fem.nscd.problem import Products
+
 LinearName = Literal["auto", "direct", "krylov"]
 
 TARGET = 1e-10  # the tolerance where nobody asks for one
@@ -97,8 +99,10 @@ class Start:
     velocity : Velocities at the contacts that the impulses belong to, in the problem that they solve, shape
         (c, d) [m/s]. They tell which contacts stick, slip or are open; None: the velocities that the
         impulses have in this problem do, which are far off where blocks have turned.
+    products : Those of the problem with the impulses and rigid velocities, if they are known.
     """
 
     impulse: NDArray[np.float64] | None = None
     rigid_velocity: NDArray[np.float64] | None = None
     velocity: NDArray[np.float64] | None = None
+    products: Products | None = None

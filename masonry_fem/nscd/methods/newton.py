@@ -212,11 +212,11 @@ class NewtonRun:
         self.rigid_velocity = self.problem.balanced_velocity(impulse)
         if start.rigid_velocity is not None:
             self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
-        self.solved_before = start.velocity
+        self.solved_before, self.made = start.velocity, start.products
 
     def guess(self) -> Iterate:
         """Where it starts."""
-        return Iterate(self.impulse, self.rigid_velocity, iterations=0)
+        return Iterate(self.impulse, self.rigid_velocity, iterations=0, products=self.made)
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """One Newton step; a round that is solved moves the centre."""

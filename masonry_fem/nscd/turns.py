@@ -27,6 +27,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
+from masonry_fem.nscd.solvers.elastic_krylov import MANY as MANY_ELASTIC
 
 # Sweeps before the next turn takes over, and the same of many rigid contacts that may slide: of 48 768 a
 # Newton step costs as much as 80, and what 300 sweeps leave falls by a third to a half in the next 1200.
@@ -84,8 +85,8 @@ class Case:
 
     @cached_property
     def many(self) -> bool:
-        """True for as many elastic contacts as iterations are worth a try for; other turns take longer."""
-        return self.elastic and iteration_pays(self.problem)
+        """True for many elastic contacts, with which other turns take longer."""
+        return self.elastic and self.problem.count >= MANY_ELASTIC and iteration_pays(self.problem)
 
     @property
     def sliding(self) -> bool:

@@ -10,7 +10,7 @@ from masonry_fem.host.ranks import team
 from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.solvers import settling
 
-newton.FACTORED = settling.FACTORED = settling.CONTACTS = 1500
+newton.FACTORED = settling.FACTORED = settling.MANY = 1500
 newton._SLOW = 0.0
 rested, within, depths = settling._rested, [], [0]
 

@@ -310,7 +310,7 @@ def test_ranks_share_what_comes_to_rest_by_itself(monkeypatch: pytest.MonkeyPatc
     assert abs(first - second) <= problem.count / 9
 
 
-@pytest.mark.parametrize(("least", "loads"), [(0, []), (SUPPORTS, [[SUPPORTS, 0]])])
+@pytest.mark.parametrize(("least", "loads"), [(0, []), (SUPPORTS + 1, [[SUPPORTS, 0]])])
 def test_a_part_larger_than_a_share_is_solved_by_all_ranks(
     monkeypatch: pytest.MonkeyPatch, least: int, loads: list[list[int]]
 ) -> None:
@@ -318,7 +318,7 @@ def test_a_part_larger_than_a_share_is_solved_by_all_ranks(
     problem, _ = boards(1)
     start, ranks = sliding(problem), Two()
     monkeypatch.setattr(settling, "MOST", 1.0)
-    monkeypatch.setattr(settling, "CONTACTS", least)
+    monkeypatch.setattr(settling, "MANY", least)
     monkeypatch.setattr(settling, "team", lambda: ranks)
     parts = NewtonRun(problem, ProximalNewton(), start).settling
     settled = parts.settle(

@@ -25,7 +25,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
-from masonry_fem.nscd.solvers.elastic_krylov import Undivided, iteration_pays
+from masonry_fem.nscd.solvers.elastic_krylov import MANY, Undivided, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
 from masonry_fem.nscd.solvers.elastic_ranks import Portions, parted
 from masonry_fem.nscd.structure import Structure
@@ -70,10 +70,15 @@ class NewtonSystem:
     @property
     def iterates(self) -> bool:
         """True where steps with elastic contacts are solved by iteration in place of a factor."""
-        return self.many and not self.structure.factored
+        return self._iterable and not self.structure.factored
+
+    @property
+    def many(self) -> bool:
+        """True for many elastic contacts, which Newton's method goes about in other ways."""
+        return self._iterable and (self.problem.count >= MANY or self.library == "krylov")
 
     @cached_property
-    def many(self) -> bool:
+    def _iterable(self) -> bool:
         """True for as many elastic contacts as iterations are worth a try for."""
         if self.library == "auto":
             return iteration_pays(self.problem)
@@ -82,9 +87,10 @@ class NewtonSystem:
     @cached_property
     def interfaces(self) -> Undivided | Portions:
         """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
+        given = self.problem, self.elastic, self.scale
         library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
-        several = parted(self.problem, self.elastic, self.scale, self.body_matrix, library, self.structure)
-        return Undivided(self.problem, self.elastic, self.scale) if several is None else several
+        several = parted(*given, self.body_matrix, library, self.structure) if self.many else None
+        return Undivided(*given) if several is None else several
 
     @cached_property
     def body_solver(self) -> BodySolver:

@@ -34,7 +34,7 @@ from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
-from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS, FACTORED
+from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, MANY
 
 if TYPE_CHECKING:
     from masonry_fem.nscd.methods.newton import ProximalNewton
@@ -201,7 +201,7 @@ def _large(sizes: IntArray, ranks: int) -> Mask:
     sizes : Contacts of each group, shape (n,): work is taken to grow as they do. ranks : How many there are.
     """
     order = np.argsort(-sizes, kind="stable")
-    iterated = int((sizes > CONTACTS).sum())  # others have a factor, which is one rank's
+    iterated = int((sizes >= MANY).sum())  # of fewer one rank makes short work
     speed = 1 + GAIN * (ranks - 1)
     least = int((sizes > FACTORED).sum())  # these have parts of their own, which ranks share
     ends = [

@@ -269,16 +269,6 @@ class Shared(Operator):
         self._diagonal: FloatArray | None = None
         self._norms: FloatArray | None = None
         self._sound = False  # known to have no number that is not finite
-        contact = np.concatenate(
-            [kind.contacts.ravel() for kind in self.kinds] or [np.zeros(0, dtype=np.int64)]
-        )
-        order = np.argsort(contact, kind="stable")
-        number, first, times = np.unique(contact[order], return_index=True, return_counts=True)
-        first, times, number = first[number >= 0], times[number >= 0], number[number >= 0]
-        # places of each contact among the sides of all stones; the last is nobody's
-        self._sides = np.full((2, count), len(contact))
-        self._sides[0, number] = order[first]
-        self._sides[1, number[times > 1]] = order[first[times > 1] + 1]
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process gets: no matrices of stones that a part has left behind."""
@@ -301,11 +291,13 @@ class Shared(Operator):
 
     def terms(self) -> IntArray:
         """Contacts whose impulses a product sums up at each contact, shape (c,)."""
-        sizes = [np.full(kind.contacts.size, float(kind.contacts.shape[1])) for kind in self.kinds]
-        total = self._summed(sizes)
+        total = np.zeros(self.count, dtype=np.int64)
+        for kind in self.kinds:
+            stones = np.bincount(kind.contacts.ravel() + 1, minlength=self.count + 1)[1:]
+            total += kind.contacts.shape[1] * stones
         if self.bed is not None:
             total += self.bed.any(axis=1)
-        return total.astype(np.int64)
+        return total
 
     def diagonal(self) -> FloatArray:
         """Each contact's own block, shape (c, d, d) [1/kg]."""
@@ -429,13 +421,6 @@ class Shared(Operator):
         """
         both = bed if self.bed is None else self.bed + bed
         return Shared(self.count, self.dimension, self.kinds, self.symmetric, both)
-
-    def _summed(self, of_sides: Sequence[FloatArray]) -> FloatArray:
-        """Sums over the two stones of each contact of what all stones' sides have, shape (c, ...)."""
-        shape = of_sides[0].shape[1:] if of_sides else ()
-        padded = np.concatenate([*of_sides, np.zeros((1, *shape))])
-        total: FloatArray = padded[self._sides[0]] + padded[self._sides[1]]
-        return total
 
 
 def _joins(kind: IntArray, of: IntArray, count: int) -> tuple[IntArray, IntArray]:

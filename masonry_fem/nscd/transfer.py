@@ -103,18 +103,23 @@ def to_bodies(bodies: IntArray, maps: FloatArray, impulse: FloatArray, count: in
 
 
 @compiled
-def _to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> FloatArray:
-    """Impulses at the sides of n stones in the stones' axes, 0 where no contact takes part, (n, s d).
+def _to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Impulses at the sides of stones in the stones' axes, 0 where no contact takes part, and on which.
 
     Parameters
     ----------
-    contacts : Contacts at the s sides of each stone, −1 for none, shape (n, s).
+    contacts : Contacts at the s sides of each of n stones, −1 for none, shape (n, s).
     turns : From the stone's axes to the contact's frame, shape (n, s, d, d).
     impulse : In the contacts' frames, shape (c, d).
+
+    Returns
+    -------
+    Those of the k stones that have some, shape (k, s d), and the numbers of these, shape (k,).
     """
     n, s, d, _ = turns.shape
-    turned = np.zeros((n, s * d))
+    turned, pushed, count = np.zeros((n, s * d)), np.empty(n, dtype=np.int64), 0
     for stone in range(n):
+        some = False
         for side in range(s):
             contact = contacts[stone, side]
             if contact < 0:
@@ -123,22 +128,29 @@ def _to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> Fl
                 total = 0.0
                 for i in range(d):
                     total += impulse[contact, i] * turns[stone, side, i, j]
-                turned[stone, side * d + j] = total
-    return turned
+                turned[count, side * d + j] = total
+                some |= total != 0.0
+        if some:
+            pushed[count] = stone
+            count += 1
+    return turned[:count], pushed[:count]
 
 
 @compiled
-def _add_from_stones(contacts: IntArray, turns: FloatArray, moved: FloatArray, velocity: FloatArray) -> None:
+def _add_from_stones(
+    contacts: IntArray, turns: FloatArray, stones: IntArray, moved: FloatArray, velocity: FloatArray
+) -> None:
     """Add velocities at the sides of stones to those of contacts.
 
     Parameters
     ----------
-    contacts, turns : As for ``_to_stones``.
-    moved : In the stones' axes, shape (n, s d).
+    contacts, turns : As for ``_to_stones``. stones : Numbers of some stones, shape (k,).
+    moved : Of these in the stones' axes, shape (k, s d).
     velocity : In the contacts' frames; it is added to, shape (c, d).
     """
-    n, s, d, _ = turns.shape
-    for stone in range(n):
+    s, d = turns.shape[1:3]
+    for row in range(len(stones)):
+        stone = stones[row]
         for side in range(s):
             contact = contacts[stone, side]
             if contact < 0:
@@ -146,7 +158,7 @@ def _add_from_stones(contacts: IntArray, turns: FloatArray, moved: FloatArray, v
             for i in range(d):
                 total = 0.0
                 for j in range(d):
-                    total += turns[stone, side, i, j] * moved[stone, side * d + j]
+                    total += turns[stone, side, i, j] * moved[row, side * d + j]
                 velocity[contact, i] += total
 
 
@@ -174,10 +186,13 @@ def add_products(
         last = first + 1
         while last < len(kind) and kind[last] == kind[first]:
             last += 1
-        pushed = _to_stones(contacts[first:last], turns[first:last], impulse)
+        its = contacts[first:last], turns[first:last]
+        pressed, stones = _to_stones(*its, impulse)
         matrix = matrices[kind[first]]
-        moved = np.dot(matrix, pushed[0]).reshape(1, -1) if last == first + 1 else np.dot(pushed, matrix.T)
-        _add_from_stones(contacts[first:last], turns[first:last], moved, velocity)
+        if len(stones) == 1:
+            _add_from_stones(*its, stones, np.dot(matrix, pressed[0]).reshape(1, -1), velocity)
+        elif len(stones):
+            _add_from_stones(*its, stones, np.dot(pressed, matrix.T), velocity)
         first = last
 
 

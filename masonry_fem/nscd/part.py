@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.settings import Start
 from masonry_fem.nscd.structure import Structure
 
@@ -52,7 +52,14 @@ class Part:
     rigid_velocity: FloatArray
 
     @classmethod
-    def of(cls, whole: ContactProblem, chosen: Mask, impulse: FloatArray, rigid_velocity: FloatArray) -> Part:
+    def of(
+        cls,
+        whole: ContactProblem,
+        chosen: Mask,
+        impulse: FloatArray,
+        rigid_velocity: FloatArray,
+        known: Products | None = None,
+    ) -> Part:
         """The part that some bodies make.
 
         Parameters
@@ -60,15 +67,19 @@ class Part:
         whole : The contact problem.
         chosen : Bodies, shape (b,).
         impulse, rigid_velocity : State in which the others stay, shapes (c, d) and (b, m).
+        known : Products of the whole with it; None: they are not known.
         """
-        inside = touched(whole, chosen)
-        outer = np.where(inside[:, None], 0.0, impulse)
-        velocity = whole.velocity(outer, np.where(chosen[:, None], 0.0, rigid_velocity))
-        pushed = whole.rigid_impulse + whole.body_impulse(outer)
-        beside = replace(whole, free_velocity=velocity, rigid_impulse=pushed, structure=Structure())
-        numbers = np.arange(whole.count), np.arange(whole.body_count)
-        every = cls(beside, *numbers, whole.bodies, impulse, rigid_velocity)
-        return every._only(np.flatnonzero(inside), np.flatnonzero(chosen))
+        inside, numbers = touched(whole, chosen), (np.arange(whole.count), np.arange(whole.body_count))
+        if chosen.all() and inside.all():
+            return cls(whole, *numbers, whole.bodies, impulse, rigid_velocity)
+        every = cls(whole, *numbers, whole.bodies, impulse, rigid_velocity)
+        part = every._only(np.flatnonzero(inside), np.flatnonzero(chosen))
+        known = whole.products(impulse, rigid_velocity) if known is None else known
+        # what others do is all but what its own contacts and bodies do
+        alone, own = part.problem, part.problem.products(part.impulse, part.rigid_velocity)
+        velocity = alone.free_velocity + (known.velocity[inside] - own.velocity)
+        pushed = alone.rigid_impulse + (known.given[chosen] - own.given)
+        return replace(part, problem=replace(alone, free_velocity=velocity, rigid_impulse=pushed))
 
     def groups(self) -> Iterator[Part]:
         """Parts of the same whole that have nothing to do with each other: no body touches two of them."""

@@ -521,7 +521,14 @@ class NewtonRun:
         if error <= enough:
             return False
         settled = self.settling.settle(
-            residual, self.impulse, self.rigid_velocity, error, self.wanted, self.until, self.best
+            residual,
+            self.impulse,
+            self.rigid_velocity,
+            error,
+            self.wanted,
+            self.until,
+            self.best,
+            self._known(self.impulse, self.rigid_velocity),
         )
         if settled is None:
             return False

@@ -31,7 +31,7 @@ from masonry_fem.host.ranks import Leader, Member, team
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, MANY
@@ -93,6 +93,7 @@ class Settling:
         wanted: float,
         until: float | None = None,
         best: float = np.inf,
+        known: Products | None = None,
     ) -> tuple[FloatArray, FloatArray] | None:
         """Impulses (c, d) and U (b, m) with what was far from settled at rest; None where that fails.
 
@@ -103,6 +104,7 @@ class Settling:
         error : Norm of the residual over that of the impulses. wanted : Error at which the whole ends.
         until : Monotonic clock after which parts stay as far as they have come [s]; None: no limit.
         best : Least error of the whole after a round or after parts so far; inf before the first.
+        known : Products of the problem with the state; None: they are not known.
         """
         missed, size = float(np.linalg.norm(residual)), float(np.linalg.norm(impulse)) or 1.0
         first = min(best * size, LEFT[0] * missed)
@@ -112,7 +114,7 @@ class Settling:
                 break
         else:
             return None
-        part = Part.of(self.problem, chosen, impulse, rigid_velocity)
+        part = Part.of(self.problem, chosen, impulse, rigid_velocity, known)
         aim = Aim(self.held, size, error, wanted)
         groups = list(part.groups())
         impulse, rigid_velocity, settled = impulse.copy(), rigid_velocity.copy(), False

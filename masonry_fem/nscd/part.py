@@ -171,9 +171,8 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     least : Its norm at the contacts of all others.
     """
     square = (residual**2).sum(axis=1)
-    sides = problem.bodies.ravel()
-    there = sides >= 0
-    of_bodies = np.bincount(sides[there], np.repeat(square, 2)[there], problem.body_count)
+    first, second = (np.bincount(side + 1, square, problem.body_count + 1) for side in problem.bodies.T)
+    of_bodies = (first + second)[1:]  # supports are numbered -1
     order = np.argsort(of_bodies, kind="stable")
     chosen = np.zeros(problem.body_count + 1, dtype=bool)
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True

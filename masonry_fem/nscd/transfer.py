@@ -61,19 +61,21 @@ def add_moved(bodies: IntArray, maps: FloatArray, motion: FloatArray, velocity: 
     bodies, maps, motion : As for ``to_contacts``. velocity : Of contacts; it is added to, shape (c, d).
     """
     c, _, d, m = maps.shape
+    moved = np.empty(d)  # first the sum of both sides: a motion that they share leaves nothing
     for contact in range(c):
-        first, second = bodies[contact]
-        for i in range(d):
-            moved = 0.0
-            if first >= 0:
-                for a in range(m):
-                    moved += maps[contact, 0, i, a] * motion[first, a]
-            if second >= 0:
+        moved[:] = 0.0
+        for side in range(2):
+            body = bodies[contact, side]
+            if body < 0:
+                continue
+            of_side, of_body = maps[contact, side], motion[body]
+            for i in range(d):
                 total = 0.0
                 for a in range(m):
-                    total += maps[contact, 1, i, a] * motion[second, a]
-                moved += total
-            velocity[contact, i] += moved
+                    total += of_side[i, a] * of_body[a]
+                moved[i] += total
+        for i in range(d):
+            velocity[contact, i] += moved[i]
 
 
 @compiled

@@ -71,7 +71,8 @@ class Part:
         """
         inside, numbers = touched(whole, chosen), (np.arange(whole.count), np.arange(whole.body_count))
         if chosen.all() and inside.all():
-            return cls(whole, *numbers, whole.bodies, impulse, rigid_velocity)
+            alone = replace(whole, structure=Structure())  # which keeps factors no longer than the part is
+            return cls(alone, *numbers, whole.bodies, impulse, rigid_velocity)
         every = cls(whole, *numbers, whole.bodies, impulse, rigid_velocity)
         part = every._only(np.flatnonzero(inside), np.flatnonzero(chosen))
         known = whole.products(impulse, rigid_velocity) if known is None else known

@@ -26,7 +26,8 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -64,25 +65,6 @@ class Spent:
 
 
 @dataclass(slots=True)
-class _Counted:
-    """A context whose time and bytes are added to what was spent on its kind of work: there are many."""
-
-    spent: Spent
-    received: int
-    began: float = 0.0
-    wall: float = 0.0
-
-    def __enter__(self) -> None:
-        self.began, self.wall = time.process_time(), time.monotonic()
-
-    def __exit__(self, *_: object) -> None:
-        self.spent.seconds += time.process_time() - self.began
-        self.spent.wall += time.monotonic() - self.wall
-        self.spent.received += self.received
-        self.spent.times += self.received > 0
-
-
-@dataclass(slots=True)
 class Member:
     """One of the ranks, as work sees it.
 
@@ -111,14 +93,23 @@ class Member:
         """How many ranks there are."""
         return int(self.comm.size)
 
-    def on(self, kind: str, received: int = 0) -> _Counted:
-        """A context that counts what is done within it.
+    @contextmanager
+    def on(self, kind: str, received: int = 0) -> Iterator[None]:
+        """Count what is done within the context.
 
         Parameters
         ----------
         kind : Of work. received : Bytes that come from other ranks in it.
         """
-        return _Counted(self.spent.setdefault(kind, Spent()), received)
+        began, wall = time.process_time(), time.monotonic()
+        try:
+            yield
+        finally:
+            spent = self.spent.setdefault(kind, Spent())
+            spent.seconds += time.process_time() - began
+            spent.wall += time.monotonic() - wall
+            spent.received += received
+            spent.times += received > 0
 
     def send(self, given: Any, rank: int) -> None:
         """Hand something to another rank, which ``receive``s it.

@@ -71,7 +71,7 @@ class Part:
         """
         inside, numbers = touched(whole, chosen), (np.arange(whole.count), np.arange(whole.body_count))
         if chosen.all() and inside.all():
-            alone = replace(whole, structure=Structure())  # which keeps factors no longer than the part is
+            alone = replace(whole, structure=Structure())  # so that its factors go with it
             return cls(alone, *numbers, whole.bodies, impulse, rigid_velocity)
         every = cls(whole, *numbers, whole.bodies, impulse, rigid_velocity)
         part = every._only(np.flatnonzero(inside), np.flatnonzero(chosen))

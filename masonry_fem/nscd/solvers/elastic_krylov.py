@@ -54,14 +54,14 @@ Solve = Callable[[FloatArray], FloatArray]
 # they do: its block is dense. With 300 contacts either takes as long, with 700 a wall takes a third of it.
 CONTACTS = 500
 WIDEST = 400
-# Elastic contacts from which Newton's method goes about it as befits many, and ranks share them. From 500 on
-# it would take a tower that is pushed 98 steps for 42, from a million on 20×20 bricks 78 for 12.
+# Elastic contacts from which Newton's method takes the weights and the parts of large walls, and ranks share
+# them. With 500 a tower that is pushed takes 98 steps for 42; with a million 20×20 bricks take 78 for 12.
 MANY = 2_000
 # Residual to reach, relative to that of the preconditioner's own solution: 40×40 bricks take half as many
 # steps more with three times of it, and vaults a third longer with a third of it.
 ACCURACY = 3e-3
-# The same of few contacts, with which Newton's steps are those that a factor leads to. With ACCURACY a wall
-# whose head joints are open by 1e-12 m has not ended after 400 of them, for 5.
+# The same below MANY contacts: Newton's method then takes the steps that it takes with factors. With ACCURACY
+# a wall whose head joints are open by 1e-12 m has not ended after 400 steps; so it takes 5.
 EXACT = 1e-8
 # What of solving for the contacts of a seam interface by interface is taken back where they are solved for
 # together. With all of it rubble takes twice as many iterations in places, with half one more or two.

@@ -203,7 +203,7 @@ def _large(sizes: IntArray, ranks: int) -> Mask:
     sizes : Contacts of each group, shape (n,): work is taken to grow as they do. ranks : How many there are.
     """
     order = np.argsort(-sizes, kind="stable")
-    iterated = int((sizes >= MANY).sum())  # of fewer one rank makes short work
+    iterated = int((sizes >= MANY).sum())  # fewer are solved for sooner by one rank
     speed = 1 + GAIN * (ranks - 1)
     least = int((sizes > FACTORED).sum())  # these have parts of their own, which ranks share
     ends = [

@@ -30,10 +30,16 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from masonry_fem.errors import InstallationError
 from masonry_fem.host.memory import peak_memory
+
+if TYPE_CHECKING:  # the command line reads this file
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 # What tells a process of how many it is one, by whatever started it: MPICH and Intel MPI, Open MPI.
 COUNTS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
@@ -135,6 +141,77 @@ class Member:
         self.spent[kind].received += status.Get_elements(mpi.BYTE)
         return given
 
+    def serve(self) -> Any:
+        """Do what the leader calls for, until it sends what this rank was waiting for: that."""
+        while True:
+            self.meet()
+            work, share = self.receive(0)
+            if work is None:
+                return share
+            made = _done(work, self, share)[0]
+            del share
+            self.meet()
+            self.send(made, 0)
+
+    def collected(self, given: Any) -> list[Any] | None:
+        """What all ranks have given, where this one leads; None elsewhere.
+
+        Parameters
+        ----------
+        given : Whatever can be pickled.
+        """
+        if self.rank:
+            self.send(given, 0)
+            return None
+        return [given, *(self.receive(rank) for rank in range(1, self.size))]
+
+    def summed(self, values: Array) -> Array:
+        """Sums over all ranks of what each has, number by number: the same bits on each.
+
+        Parameters
+        ----------
+        values : An array of the same shape on all ranks.
+        """
+        if self.size == 1:
+            return values
+        import numpy as np  # noqa: PLC0415 - the command line reads this file
+
+        with self.on("exchange", values.nbytes):
+            summed = np.empty_like(values)
+            self.comm.Allreduce(np.ascontiguousarray(values), summed)
+            return summed
+
+    def everyone(self, values: Array) -> Array:
+        """What each rank has, rank after rank, shape (size, ...).
+
+        Parameters
+        ----------
+        values : An array of the same shape on all ranks.
+        """
+        import numpy as np  # noqa: PLC0415 - the command line reads this file
+
+        with self.on("exchange", values.nbytes * (self.size - 1)):
+            found = np.empty((self.size, *values.shape))
+            self.comm.Allgather(np.ascontiguousarray(values), found)
+            return found
+
+    def joined(self, rows: Array) -> Array:
+        """The rows of all ranks, rank after rank.
+
+        Parameters
+        ----------
+        rows : Of this rank, shape (n, k).
+        """
+        if self.size == 1:
+            return rows
+        import numpy as np  # noqa: PLC0415 - the command line reads this file
+
+        counts = self.everyone(np.array([float(rows.size)])).ravel().astype(int)
+        with self.on("exchange", int(counts.sum() - rows.size) * rows.itemsize):
+            found = np.empty((counts.sum() // rows.shape[1], rows.shape[1]))
+            self.comm.Allgatherv(np.ascontiguousarray(rows), [found, counts])
+            return found
+
     def meet(self) -> None:
         """Wait until all ranks are here."""
         self.wait(self.comm.Ibarrier())
@@ -157,7 +234,7 @@ class Member:
 
         Raises
         ------
-        Exception : What the first rank on which it failed has raised.
+        AgreedError : With what the first rank on which it failed has raised.
         """
         made, failure = None, None
         try:
@@ -167,7 +244,7 @@ class Member:
         self.meet()
         for told in self.comm.allgather(failure):
             if told is not None:
-                raise _AgreedError(told)
+                raise AgreedError(told)
         return made
 
 
@@ -227,6 +304,23 @@ class Leader(Alone):
         if failure is not None:
             raise failure
         return results
+
+    def lead(self, local: Callable[[], Sequence[Any]]) -> Any:
+        """In the midst of work: lead ranks that ``serve`` meanwhile, and hand them what they wait for.
+
+        Parameters
+        ----------
+        local : Makes what each rank gets; it may call on them.
+        """
+        self.busy = False
+        try:
+            shares = local()
+        finally:  # should it fail, others are left in the midst of work
+            self.busy = True
+        self._member.meet()
+        for rank, share in enumerate(shares[1:], start=1):
+            self._member.send((None, share), rank)
+        return shares[0]
 
     def spent(self) -> list[tuple[dict[str, Spent], float]]:
         """What each rank has spent by kind of work, and its peak memory [MB], the leader first."""
@@ -305,19 +399,11 @@ def _serve(member: Member) -> None:
         signal.signal(number, signal.SIG_IGN)  # the leader answers for all
     logging.getLogger("masonry_fem").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore")
-    while True:
-        member.meet()
-        try:
-            work, share = member.receive(0)
-            if work is None:
-                break
-            made = _done(work, member, share)[0]
-            del share
-            member.meet()
-            member.send(made, 0)
-        except BaseException as error:  # others wait for this rank in the midst of work
-            print(f"masonry-fem: rank {member.rank}: {_said(error)}", file=sys.stderr, flush=True)
-            _abort(member.comm, 1)
+    try:
+        member.serve()
+    except BaseException as error:  # others wait for this rank in the midst of work
+        print(f"masonry-fem: rank {member.rank}: {_said(error)}", file=sys.stderr, flush=True)
+        _abort(member.comm, 1)
     member.kept.clear()
     gc.collect()
 
@@ -333,7 +419,7 @@ def _done(work: Work, member: Member, share: Any) -> tuple[Any, Exception | None
     """What work gives, or what all ranks agree that has failed."""
     try:
         return work(member, share), None
-    except _AgreedError as failure:
+    except AgreedError as failure:
         return None, failure.error
 
 
@@ -343,8 +429,8 @@ def _said(error: BaseException) -> str:
     return f"unexpected {type(error).__name__}: {error}"
 
 
-class _AgreedError(Exception):
-    """All ranks know that one has failed."""
+class AgreedError(Exception):
+    """All ranks know that one has failed, and how: ``error``."""
 
     def __init__(self, error: Exception) -> None:
         super().__init__(str(error))

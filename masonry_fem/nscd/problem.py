@@ -17,6 +17,7 @@ the blocks, and the second line holds for the *contact part* p̃ = p + p_adh.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -26,11 +27,13 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.compliance import Operator, Shared, only, operator
+from masonry_fem.nscd.peers import Peers
 from masonry_fem.nscd.products import applied
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 # Fields that dry problems do without.
 COHESION = ("cohesion_offset", "cohesion_stiffness")
@@ -90,6 +93,8 @@ class ContactProblem:
     cohesion_stiffness : Derivative S of p_adh with respect to the velocity [kg], shape (c, d, d), with a
         positive semidefinite symmetric part (laws that soften iterate instead); None: 0.
     structure : What solvers keep for further problems with the same contacts; neither compared nor written.
+    peers : Ranks that have the other contacts, where this one has some contacts and all bodies; None: there
+        are no others.
 
     Raises
     ------
@@ -111,12 +116,13 @@ class ContactProblem:
     cohesion_offset: FloatArray | None = None
     cohesion_stiffness: FloatArray | None = None
     structure: Structure | None = field(default=None, compare=False, repr=False)
+    peers: Peers | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         _check(self)
         for name in COHESION:
             values = getattr(self, name)
-            if values is not None and not values.any():
+            if values is not None and not self.any(values):
                 object.__setattr__(self, name, None)
 
     @classmethod
@@ -159,6 +165,11 @@ class ContactProblem:
     def count(self) -> int:
         """Number of contacts c."""
         return int(self.free_velocity.shape[0])
+
+    @property
+    def whole_count(self) -> int:
+        """Contacts of all ranks."""
+        return self.count if self.peers is None else self.peers.count
 
     @property
     def dimension(self) -> int:
@@ -208,6 +219,31 @@ class ContactProblem:
             **{name: values[contacts] for name, values in cohesion.items() if values is not None},
         )
 
+    def summed(self, values: FloatArray) -> FloatArray:
+        """Sums over all contacts, from those over the contacts that are here."""
+        return values if self.peers is None else self.peers.summed(values)
+
+    def least(self, values: FloatArray) -> FloatArray:
+        """Least values of all contacts, from those of the contacts that are here; nan where one is."""
+        return values if self.peers is None else self.peers.least(values)
+
+    def largest(self, values: FloatArray) -> float:
+        """The largest of values at all contacts, at least 0; nan where one is."""
+        here = np.array([values.max(initial=0.0)])
+        return -float(self.least(-here)[0])
+
+    def any(self, values: FloatArray | Mask) -> bool:
+        """Whether some value at any contact is not 0."""
+        return bool(self.summed(np.array([float(values.any())]))[0] > 0)
+
+    def norm(self, values: FloatArray) -> float:
+        """Euclidean norm of values at all contacts."""
+        return self.norm_of(float(np.linalg.norm(values)))
+
+    def norm_of(self, here: float) -> float:
+        """The same from that of the values that are here."""
+        return here if self.peers is None else math.sqrt(float(self.summed(np.array([here * here]))[0]))
+
     def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
         """W_el p, shape (c, d) [m/s]."""
         if self.rigid:
@@ -230,7 +266,7 @@ class ContactProblem:
         given: FloatArray = to_bodies(
             self.bodies, self.rigid_map, np.ascontiguousarray(impulse), self.body_count
         )
-        return given
+        return self.summed(given)
 
     def side_impulse(self, impulse: FloatArray) -> FloatArray:
         """What each contact gives to the rigid modes on its two sides, shape (c, 2, m)."""

@@ -80,6 +80,18 @@ def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     return scale
 
 
+def method_scales(problem: ContactProblem, *, moving: bool) -> tuple[FloatArray, FloatArray]:
+    """Scales w that Newton's method measures states by, and impulses in its linear systems, both (c,) [1/kg].
+
+    Parameters
+    ----------
+    problem : The contact problem. moving : They are those of all of W, as befits blocks that fly.
+    """
+    scale = whole_scale(problem) if moving else newton_scale(problem)
+    # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
+    return scale, scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
+
+
 def proximal_scale(problem: ContactProblem, scale: FloatArray, most: float = SLENDER) -> FloatArray:
     """Scale that α is relative to, (c,) [1/kg]: at most ``most`` times the least among elastic contacts.
 

@@ -1,24 +1,27 @@
 """The command line on ranks, whose first step must be preconditioned as one rank alone would."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 
 from masonry_fem.cli import main
 from masonry_fem.host.ranks import team
+from masonry_fem.nscd.scaling import method_scales
 from masonry_fem.nscd.solvers.elastic_krylov import Undivided
-from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT
+from masonry_fem.nscd.solvers.elastic_ranks.division import whole as put_together
+from masonry_fem.nscd.solvers.elastic_ranks.system import DividedSystem
+from masonry_fem.nscd.solvers.elastic_ranks.work import Work
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 
 AGREES = 1e-9
-iteration, ways = NewtonSystem._iteration, []
+iteration, begin, ways, wholes = DividedSystem._iteration, Work.begin, [], []
 
 
-def preconditioned(member, given):
-    """Impulses and motions of what is a rank's own."""
-    number, force, balance = given
-    impulse, motion = member.kept[KEPT][number]._precondition(force, balance)
-    return impulse, motion[: len(balance)]
+def begun(self, given):
+    """What a rank begins a run with; the leader knows the whole problem."""
+    wholes.append(given.whole)
+    return begin(self, given)
 
 
 def compared(self, kept, terms):
@@ -26,30 +29,37 @@ def compared(self, kept, terms):
     solve = iteration(self, kept, terms)
     if ways:
         return solve
-    random, division = np.random.default_rng(1), self.interfaces.division
-    force, balance = (
-        random.normal(size=self.problem.free_velocity.shape),
-        random.normal(size=self.column.shape),
+    portion, random = self._portion, np.random.default_rng(1 + self._portion.member.rank)
+    force = random.normal(size=self.problem.free_velocity.shape)
+    balance = np.random.default_rng(0).normal(size=self.column.shape)
+    impulse, motion = portion._precondition(force, balance[portion.its_bodies])
+    motion = portion.of_all(motion[: portion.share.own])
+    of_terms = terms.own, terms.by_velocity, terms.plain, terms.closed
+    given = portion.member.collected((force, impulse, *of_terms))
+    ways.append(0.0)
+    if given is None:
+        return solve
+    problem, contacts = wholes[-1]
+    force, impulse, *of_contacts = (put_together(contacts, list(parts)) for parts in zip(*given, strict=True))
+    alone = NewtonSystem(problem, method_scales(problem, moving=False)[1], self.library)
+    mass = terms.coupled.diagonal().reshape(balance.shape)  # all of it is the leader's
+    coupled = alone.body_matrix.assemble(np.zeros((0, *force.shape[1:] * 2)), np.zeros(0, dtype=int), mass)
+    own, by_velocity, plain, closed = of_contacts
+    whole = replace(
+        terms, own=own, by_velocity=by_velocity, plain=plain, closed=closed, coupled=coupled,
+        body_matrix=alone.body_matrix,
+    )  # fmt: skip
+    solver = Undivided(problem, alone.elastic, alone.scale).solver(
+        whole, np.flatnonzero(closed), alone.body_matrix, alone._bodies_factorised
     )
-    alone = Undivided(self.problem, self.elastic, self.scale)
-    expected = alone.solver(terms, kept, self.body_matrix, self._bodies_factorised)._precondition(
-        force, balance
-    )
-    shares = [
-        (division.number, force[own], balance[division.part == rank])
-        for rank, own in enumerate(division.contacts)
-    ]
-    found = np.zeros_like(force), np.zeros_like(balance)
-    for rank, (impulse, motion) in enumerate(team().call(preconditioned, shares)):
-        found[0][division.contacts[rank]], found[1][division.part == rank] = impulse, motion
-    ways.extend(
+    ways[:] = [
         np.linalg.norm(one - other) / np.linalg.norm(other)
-        for one, other in zip(found, expected, strict=True)
-    )
+        for one, other in zip((impulse, motion), solver._precondition(force, balance), strict=True)
+    ]
     return solve
 
 
-NewtonSystem._iteration = compared
+DividedSystem._iteration, Work.begin = compared, begun
 code = main(sys.argv[1:])
 if team().size > 1:
     print("impulses and motions agree to", *(f"{way:.1e}" for way in ways), file=sys.stderr)

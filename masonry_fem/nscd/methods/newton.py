@@ -23,7 +23,9 @@ The first step of a cold start is the *bonded* one: all contacts stick, with gap
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,17 +37,12 @@ from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.products import applied
-from masonry_fem.nscd.residuals import Quality, rounding
-from masonry_fem.nscd.scaling import (
-    SLENDER,
-    SLENDER_OF_MANY,
-    newton_scale,
-    proximal_scale,
-    whole_scale,
-)
-from masonry_fem.nscd.settings import ACCEPTABLE, TARGET, SolverSettings, Start
+from masonry_fem.nscd.residuals import Quality
+from masonry_fem.nscd.scaling import SLENDER, SLENDER_OF_MANY, method_scales, proximal_scale
+from masonry_fem.nscd.settings import TARGET, SolverSettings, Start
 from masonry_fem.nscd.solvers.centre import inside
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED
+from masonry_fem.nscd.solvers.elastic_ranks import on_ranks
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import (
@@ -58,9 +55,11 @@ from masonry_fem.nscd.solvers.linearisation import (
 )
 from masonry_fem.nscd.solvers.modal_system import ModalSystem
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
-from masonry_fem.nscd.solvers.settling import Settling
+from masonry_fem.nscd.solvers.resting import Resting
+from masonry_fem.nscd.solvers.settling import Settles, Settling
 
 FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +110,7 @@ class ProximalNewton:
         """A run on a problem, from a first guess (bonded where there is none)."""
         form = modal_form(problem)
         if form is None:
-            return NewtonRun(problem, self, start)
+            return on_ranks(problem, self, start) or NewtonRun(problem, self, start)
         return ModalRun(NewtonRun(form, self, modal_start(form, start)), problem.rigid_mass.shape[1])
 
 
@@ -147,19 +146,51 @@ class _Point:
     residual: float  # ‖F‖ / ‖p‖
 
 
-class NewtonRun:
-    """Working memory of the method on one problem."""
+@dataclass(frozen=True, slots=True)
+class Means:
+    """What the method works with on one problem.
 
-    def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
-        self.problem, self.settings = problem, settings
-        self.scale = whole_scale(problem) if settings.moving else newton_scale(problem)
-        # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
-        unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
+    Attributes
+    ----------
+    scale : w of each contact. proximal : What α is relative to, both of shape (c,).
+    system : Of its Newton steps. settling : Makes what brings parts of it to rest by another method.
+    """
+
+    scale: FloatArray
+    proximal: FloatArray
+    system: NewtonSystem
+    settling: Callable[[ProximalNewton], Settles]
+
+    @classmethod
+    def of(cls, problem: ContactProblem, settings: ProximalNewton) -> Means:
+        """Those of a problem all of whose contacts are here."""
+        scale, unfolded = method_scales(problem, moving=settings.moving)
         modes = problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6)
         kind = ModalSystem if modes else NewtonSystem
-        self.system: NewtonSystem = kind(problem, unfolded, settings.library)
-        most = SLENDER_OF_MANY if self.system.many else SLENDER
-        self.proximal = proximal_scale(problem, self.scale, most)
+        system: NewtonSystem = kind(problem, unfolded, settings.library)
+        proximal = proximal_scale(problem, scale, SLENDER_OF_MANY if system.many else SLENDER)
+        return cls(scale, proximal, system, partial(Settling, problem))
+
+
+class NewtonRun:
+    """Working memory of the method on one problem.
+
+    Parameters
+    ----------
+    problem : The contact problem. settings : Of the method. start : First guess; None: there is none.
+    means : What it works with; None: as befits a problem all of whose contacts are here.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        settings: ProximalNewton,
+        start: Start | None,
+        means: Means | None = None,
+    ) -> None:
+        self.problem, self.settings = problem, settings
+        means = Means.of(problem, settings) if means is None else means
+        self.scale, self.proximal, self.system = means.scale, means.proximal, means.system
         self.static = problem.rigid_mass <= 0
         weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)
         self.decrease = decrease if settings.decrease is None else settings.decrease
@@ -187,8 +218,8 @@ class NewtonRun:
             patience=_PART_STEPS,
             library=settings.library,
         )
-        self.settling = Settling(problem, held)
-        self.large_part = bool(settings.grip) and self.system.many and problem.count > FACTORED
+        self.settling = means.settling(held)
+        self.large_part = bool(settings.grip) and self.system.many and problem.whole_count > FACTORED
         self.seen: tuple[_Round, _Point] | None = None  # the last point, and the round it was looked at in
         self.made: Products | None = None  # of the last p and U
         self.begun = time.monotonic()
@@ -196,7 +227,7 @@ class NewtonRun:
         self.enough = TARGET  # error of the impulses at which it does
         self.until: float | None = None  # when it has to end
         self.best, self.idle, self.crawling = np.inf, 0, 0
-        self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
+        self.rests = Resting(problem) if problem.peers is None else None  # else the leader sees to it
         if start is not None and start.impulse is not None:
             self._go_on(start.impulse, start)
         self.round = self._new_round()
@@ -207,7 +238,7 @@ class NewtonRun:
         if self.system.many and self.settings.weight is None:  # what sticks is nearly known
             self.weight = self.least_weight
             # a step of fewer contacts costs less than what parts of it take
-            self.settles = not self.settings.grip and self.problem.count > FACTORED
+            self.settles = not self.settings.grip and self.problem.whole_count > FACTORED
         self.impulse = impulse.copy()
         self.rigid_velocity = self.problem.balanced_velocity(impulse)
         if start.rigid_velocity is not None:
@@ -220,7 +251,8 @@ class NewtonRun:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """One Newton step; a round that is solved moves the centre."""
-        if self._rounded(quality, settings.tolerance):
+        state = self.impulse, self.rigid_velocity
+        if self.rests is not None and self.rests.at(quality, settings.tolerance, *state):
             return self._offer(Outcome.STALLED, solves=0)
         if self._solves() >= self.settings.systems:
             return self._offer(Outcome.MAX_ITERATIONS, solves=0)
@@ -263,15 +295,6 @@ class NewtonRun:
     def _solves(self) -> int:
         """Linear systems so far, those of parts included."""
         return self.factors + self.settling.linear_solves
-
-    def _rounded(self, quality: Quality, tolerance: float) -> bool:
-        """True where steps leave an error as it is that rounding alone may make."""
-        rests = 0.5 * self.least <= quality.error <= 10.0 * self.least
-        self.resting = self.resting + 1 if rests else 0
-        self.least = min(self.least, quality.error)
-        if self.resting < _RESTING or self.least > ACCEPTABLE:
-            return False
-        return quality.bounded_by(rounding(self.problem, self.impulse, self.rigid_velocity), tolerance)
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         velocity = self.rigid_velocity
@@ -320,7 +343,7 @@ class NewtonRun:
     def _bond(self, factor: NewtonFactor, here: _Point, closed: _Point) -> _Point:
         """The bonded state with gaps closed; with a bond across them or open ones, if that is nearer."""
         gap, chosen = np.maximum(self.problem.free_velocity[:, 0], 0.0), closed
-        if (gap > _NONE * self._reach(closed)).any():
+        if self.problem.any(gap > _NONE * self._reach(closed)):
             residual = here.line.residual.copy()
             residual[:, 0] -= here.line.rho * gap
             across = self._moved(factor, here, residual)
@@ -337,13 +360,13 @@ class NewtonRun:
 
     def _reach(self, point: _Point) -> FloatArray:
         """How far the greatest normal impulse brings blocks together at each contact, shape (c,)."""
-        reach: FloatArray = self.scale * float(np.abs(point.impulse[:, 0]).max(initial=0.0))
+        reach: FloatArray = self.scale * self.problem.largest(np.abs(point.impulse[:, 0]))
         return reach
 
     def _closable(self, gap: FloatArray, across: _Point) -> bool:
         """Whether blocks that deform may close some gaps: what all of them are too wide for is soon told."""
         reach = self._reach(across)
-        return bool(((gap > _ROUNDING * reach) & (gap < _WIDE * reach)).any())
+        return self.problem.any((gap > _ROUNDING * reach) & (gap < _WIDE * reach))
 
     def _felt(self, gap: FloatArray, across: _Point, closed: _Point) -> bool:
         """Whether gaps of blocks at rest make the closed state far worse than it would be without gaps."""
@@ -353,8 +376,8 @@ class NewtonRun:
         touching = across.velocity.copy()
         touching[:, 0] -= gap
         line = linearise(across.pressed, touching, problem.friction, across.line.rho)
-        without = float(np.linalg.norm(line.residual))
-        return closed.residual * float(np.linalg.norm(across.impulse)) > _FELT * without
+        without = problem.norm(line.residual)
+        return closed.residual * problem.norm(across.impulse) > _FELT * without
 
     def _parted(self, here: _Point, across: _Point, gap: FloatArray) -> _Point:
         """The state with gaps open where closing them would pull, and all else bonded: an active set."""
@@ -362,7 +385,7 @@ class NewtonRun:
         for _ in range(_PARTINGS):
             before = apart
             apart = np.where(before, found.velocity[:, 0] > 0, (gap > 0) & (found.impulse[:, 0] < 0))
-            if np.array_equal(apart, before):
+            if not self.problem.any(apart != before):
                 break
             line = parted_contacts(here.line, here.impulse, apart)
             factor = self._factor(line)
@@ -388,16 +411,23 @@ class NewtonRun:
             return chosen
         reach = self._reach(chosen)
         apart = gap > _NONE * reach
-        self.slight = bool((apart & (gap < _SLIGHT * reach)).any())
-        if not self.slight:
-            return chosen
-        let_go = np.setdiff1d(problem.bodies, problem.bodies[~apart])
-        if (let_go >= 0).any():
+        self.slight = problem.any(apart & (gap < _SLIGHT * reach))
+        if not self.slight or self._lets_go(apart):
             return chosen
         line = parted_contacts(here.line, here.impulse, apart)
         found = self._moved(self._factor(line), replace(here, line=line), line.residual)
         falls = np.linalg.norm(found.rigid_velocity) > _FALLS * np.linalg.norm(chosen.rigid_velocity)
         return chosen if falls else found
+
+    def _lets_go(self, apart: Mask) -> bool:
+        """Whether all contacts of some body are apart."""
+        problem = self.problem
+        counts = [
+            np.bincount(sides.ravel() + 1, minlength=problem.body_count + 1).astype(float)
+            for sides in (problem.bodies, problem.bodies[~apart])
+        ]
+        touching, held = problem.summed(np.array(counts))[:, 1:]  # supports are numbered -1
+        return bool(((touching > 0) & (held == 0)).any())
 
     def _deformable(self) -> bool:
         """Whether all contacts are those of blocks that deform."""
@@ -438,7 +468,7 @@ class NewtonRun:
         line, problem = here.line, self.problem
         force, balance = residual / line.rho[:, None], here.balance
         step = np.where(line.open[:, None], -here.impulse, 0.0)
-        if step.any():
+        if problem.any(step):
             force += applied(line.by_velocity, problem.elastic_velocity(step))
             balance = balance + problem.body_impulse(step)
         change, motion = factor.solve(force, balance)
@@ -489,8 +519,7 @@ class NewtonRun:
         balance = given + problem.rigid_impulse
         balance -= problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
         balance -= now.mass * (rigid_velocity - now.rigid_velocity)
-        size = float(np.linalg.norm(impulse))
-        residual = float(np.linalg.norm(line.residual))
+        size, residual = problem.norm(impulse), problem.norm(line.residual)
         relative = residual / size if size > 0 else residual
         point = _Point(impulse, rigid_velocity, moved, velocity, pressed, line, balance, relative)
         self.seen = None if bonded else (now, point)
@@ -509,8 +538,10 @@ class NewtonRun:
 
     def _known(self, impulse: FloatArray, rigid_velocity: FloatArray) -> Products | None:
         """Products of a state, if they were the last that were made."""
-        known = self.made is not None and self.made.are_of(impulse, rigid_velocity)
-        return self.made if known else None
+        made = self.made
+        if made is None or self.problem.any(np.array([not made.are_of(impulse, rigid_velocity)])):
+            return None
+        return made
 
     # parts
 
@@ -565,8 +596,8 @@ class NewtonRun:
 
     def _relative(self, residual: FloatArray) -> float:
         """Norm of a residual over that of the impulses."""
-        size = float(np.linalg.norm(self.impulse))
-        return float(np.linalg.norm(residual)) / size if size > 0 else 1.0
+        size = self.problem.norm(self.impulse)
+        return self.problem.norm(residual) / size if size > 0 else 1.0
 
     # rounds
 
@@ -630,7 +661,9 @@ class NewtonRun:
         left = before.mass * travelled
         loads = max(
             float(np.linalg.norm(self.problem.rigid_impulse)),
-            float(side_size(self.problem.rigid_map, np.ascontiguousarray(self.impulse))),
+            self.problem.norm_of(
+                float(side_size(self.problem.rigid_map, np.ascontiguousarray(self.impulse)))
+            ),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
         slow = relative > 0.1 * self.escape.last
@@ -679,7 +712,7 @@ class NewtonRun:
         self.weight = min(100.0 * self.weight, 1.0)
         self.static_mass = max(min(100.0 * self.static_mass, 1.0), 1e-2)
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
-        self.bonded = not self.impulse.any()
+        self.bonded = not self.problem.any(self.impulse)
         self.error = max(self.error, 0.1)
         self.round = self._new_round()
         return True
@@ -723,7 +756,6 @@ _REBOUND = 100.0
 # of a vault of 1500 stones swing between 2e-3 and 0.1 for 24 steps, in place of 9 to 1e-3.
 _UNSETTLED = 0.3
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
-_RESTING = 2  # steps that leave the error as it is
 _SOFT = 1e-6  # first ε, relative to the compliance that B sees
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 

@@ -63,5 +63,6 @@ def _least(problem: ContactProblem, normal: FloatArray) -> FloatArray:
     for side in range(2):  # one row at a time is seven times as fast
         np.minimum.at(of_bodies, problem.bodies[closed, side], normal[closed])
     of_bodies[-1] = np.inf
+    of_bodies = problem.least(of_bodies)
     least: FloatArray = np.minimum(of_bodies[problem.bodies].min(axis=1), np.maximum(normal, 0.0))
     return least

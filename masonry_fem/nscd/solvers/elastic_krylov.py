@@ -36,7 +36,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from masonry_fem.host.memory import keep
 from masonry_fem.nscd.compliance import Operator, Shared
 from masonry_fem.nscd.krylov import StagnationError
-from masonry_fem.nscd.linear import Factorised
+from masonry_fem.nscd.linear import Factorised, Library
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.products import multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
@@ -82,6 +82,28 @@ AT_ONCE = 2**20
 # rounding, throw stones at one step or another and take 40 and 52 s for 33; all take 30 s so.
 FACTORED = 20_000
 BEYOND, CLOSER = 20, 1e-3
+
+
+def iterable(problem: ContactProblem, library: Library) -> bool:
+    """True for as many elastic contacts as iterations are worth a try for.
+
+    Parameters
+    ----------
+    problem : The contact problem. library : How linear systems are solved.
+    """
+    if library == "auto":
+        return iteration_pays(problem)
+    return library == "krylov" and bool(problem.operator.elastic().any())
+
+
+def are_many(problem: ContactProblem, library: Library) -> bool:
+    """True where contacts that iterations are worth a try for are many: Newton's method takes other ways.
+
+    Parameters
+    ----------
+    problem, library : As for ``iterable``.
+    """
+    return problem.count >= MANY or library == "krylov"
 
 
 def iteration_pays(problem: ContactProblem) -> bool:

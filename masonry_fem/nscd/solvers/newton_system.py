@@ -25,9 +25,8 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
-from masonry_fem.nscd.solvers.elastic_krylov import MANY, Undivided, iteration_pays
+from masonry_fem.nscd.solvers.elastic_krylov import Undivided, are_many, iterable
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
-from masonry_fem.nscd.solvers.elastic_ranks import Portions, parted
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -53,9 +52,10 @@ class NewtonSystem:
         self.problem = problem
         self.scale = scale
         self.library = library
-        self.unit = float(scale.mean()) if len(scale) else 1.0  # impulses are solved for as unit · p
+        count = problem.whole_count  # impulses are solved for as unit · p
+        self.unit = float(problem.summed(scale.sum(keepdims=True))[0] / count) if count else 1.0
         self.elastic = problem.operator.elastic()
-        total = column_squares(problem.bodies, problem.rigid_map, problem.body_count)
+        total = problem.summed(column_squares(problem.bodies, problem.rigid_map, problem.body_count))
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.structure = Structure() if problem.structure is None else problem.structure
 
@@ -75,22 +75,17 @@ class NewtonSystem:
     @property
     def many(self) -> bool:
         """True for many elastic contacts, which Newton's method goes about in other ways."""
-        return self._iterable and (self.problem.count >= MANY or self.library == "krylov")
+        return self._iterable and are_many(self.problem, self.library)
 
     @cached_property
     def _iterable(self) -> bool:
         """True for as many elastic contacts as iterations are worth a try for."""
-        if self.library == "auto":
-            return iteration_pays(self.problem)
-        return self.library == "krylov" and bool(self.elastic.any())
+        return iterable(self.problem, self.library)
 
     @cached_property
-    def interfaces(self) -> Undivided | Portions:
-        """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
-        given = self.problem, self.elastic, self.scale
-        library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
-        several = parted(*given, self.body_matrix, library, self.structure) if self.many else None
-        return Undivided(*given) if several is None else several
+    def interfaces(self) -> Undivided:
+        """Elastic contacts as the iteration's preconditioner sorts them."""
+        return Undivided(self.problem, self.elastic, self.scale)
 
     @cached_property
     def body_solver(self) -> BodySolver:
@@ -131,7 +126,7 @@ class NewtonSystem:
         if springs is not None:
             slope = slope + springs
         diagonal = self.unit * mass / self.column**2
-        if not len(kept):
+        if not self._coupled(kept):
             solve = self.body_solver.solver(self.unit * slope, gone, diagonal, self._bodies_factorised)
             return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve, springs)
         coupled = self.body_matrix.assemble(-self.unit * slope, gone, -diagonal)
@@ -148,6 +143,10 @@ class NewtonSystem:
         made = NewtonFactor(*parts, solve, springs, matrix.contacts, terms)
         self.structure.factor = made
         return made
+
+    def _coupled(self, kept: IntArray) -> bool:
+        """Whether contacts that are unknowns are left."""
+        return bool(len(kept))
 
     def _iteration(self, kept: IntArray, terms: Terms) -> Solve:
         """Solves by iteration, and by a factor from where that fails."""
@@ -249,7 +248,7 @@ class NewtonFactor:
         if given is not None:
             step[gone] += given[gone]
             force = force - applied(self.own, given)
-        if len(gone):
+        if problem.any(gone >= 0):
             balance = balance + problem.body_impulse(step)
         asked = np.zeros_like(force)
         asked[kept] = -force[kept]

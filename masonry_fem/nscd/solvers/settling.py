@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,26 @@ GAIN = 0.4
 # Outcomes after which impulses are not held instead: slip held goes on, but there is no more time for it.
 UNFINISHED = {Outcome.MAX_ITERATIONS, Outcome.TIME_LIMIT}
 _NO_TIME = 1e-9  # a limit that is over [s]
+
+
+class Settles(Protocol):
+    """What brings parts of a problem to rest: ``Settling``, or what calls on it."""
+
+    linear_solves: int
+
+    def settle(
+        self,
+        residual: FloatArray,
+        impulse: FloatArray,
+        rigid_velocity: FloatArray,
+        error: float,
+        wanted: float,
+        until: float | None = None,
+        best: float = np.inf,
+        known: Products | None = None,
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """As ``Settling.settle``."""
+        ...
 
 
 class Settling:

@@ -19,10 +19,10 @@ IntArray = NDArray[np.int64]
 SCALING = 8  # ICNTL of MUMPS: columns are scaled already, and to do it again costs a seventh of a factor
 
 
-def blocks_at(share: Share) -> tuple[IntArray, IntArray]:
+def blocks_at(share: Share, coupled: IntArray) -> tuple[IntArray, IntArray]:
     """Block rows and columns of what a rank adds to the bodies' matrix, −1 where there is no body, (k,)."""
     place = np.append(share.places, -1)
-    rows, columns = [share.coupled[0]], [share.coupled[1]]
+    rows, columns = [coupled[0]], [coupled[1]]
     for group in share.groups:
         bodies = place[bodies_of(share.bodies, group)[0]]
         rows.append(np.repeat(bodies, bodies.shape[1], axis=1).ravel())
@@ -39,14 +39,15 @@ class BodiesOfEach:
     ----------
     member : The rank.
     share : Its part of the contacts.
+    coupled : Block rows and columns of what it adds beside its interfaces' ones, shape (2, k).
     """
 
-    def __init__(self, member: Member, share: Share) -> None:
+    def __init__(self, member: Member, share: Share, coupled: IntArray) -> None:
         assert share.library is not None
         self._member, self._places, self._own = member, share.places, share.own
         self._library: Library = share.library
         self._width = share.width
-        everywhere = member.comm.allgather(blocks_at(share))
+        everywhere = member.comm.allgather(blocks_at(share, coupled))
         rows, columns = (np.concatenate(parts) for parts in zip(*everywhere, strict=True))
         self._counts = [self._width**2 * len(part) for part, _ in everywhere]  # numbers of each rank
         self._bytes = NUMBER * (sum(self._counts) - self._counts[member.rank])
@@ -106,15 +107,16 @@ class BodiesTogether:
     ----------
     member : The rank.
     share : Its part of the contacts.
+    coupled : Block rows and columns of what it adds beside its interfaces' ones, shape (2, k).
     """
 
-    def __init__(self, member: Member, share: Share) -> None:
+    def __init__(self, member: Member, share: Share, coupled: IntArray) -> None:
         library, m = petsc(), share.width
         self._member, self._own = member, share.own
         self._exchange = Exchange(member, share.places, share.own, m)
         self._matrix = library.Mat().createAIJ(((share.own * m, None),) * 2, comm=member.comm)
         first, last = self._matrix.getOwnershipRange()
-        row, column = blocks_at(share)
+        row, column = blocks_at(share, coupled)
         away = (row >= 0) & ((row < first // m) | (row >= last // m))
         self._bytes = NUMBER * m**2 * int(away.sum())  # that leave it: of all ranks as many as arrive
         at = np.arange(m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import count as numbers
 from itertools import pairwise
 
@@ -10,7 +11,8 @@ from numpy.typing import NDArray
 
 from masonry_fem.host.ranks import Leader, Member
 from masonry_fem.nscd.compliance import Kinds, Shared
-from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.linear import Library, library_for
+from masonry_fem.nscd.linear_cost import LinearCost
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyPattern
@@ -37,45 +39,33 @@ class Division:
     problem : One of them, whose operator is ``Shared``.
     elastic : Contacts that have compliance, shape (c,).
     pattern : Of the bodies' matrix.
-    library : By which a rank factorises it.
     team : The ranks.
 
     Attributes
     ----------
     number : By which ranks know it.
     part : Rank of each body, (b,).
-    contacts : Of each rank its elastic ones. met : The same with the others of its seams.
-    bodies : Of each rank: its own, and others at its contacts.
-    coupled : Blocks of the bodies' matrix that the leader adds: mass, and what rigid joints leave.
+    contacts : Of each rank. met : The same with the others of its seams.
     shares : What each rank is given of it.
     """
 
-    def __init__(
-        self,
-        problem: ContactProblem,
-        elastic: Mask,
-        pattern: BodyPattern,
-        library: Library,
-        team: Leader,
-    ) -> None:
+    def __init__(self, problem: ContactProblem, elastic: Mask, pattern: BodyPattern, team: Leader) -> None:
         assert isinstance(problem.operator, Shared)
         self.number, self._size = next(_NUMBERS), team.size
         self._dimension, self._width = problem.dimension, problem.rigid_mass.shape[1]
         self._sides, self._elastic = problem.bodies, elastic
         self._stones = [kind.contacts for kind in problem.operator.kinds]
-        self._library = None if problem.body_count >= TOGETHER else library
+        self._library = None if problem.body_count >= TOGETHER else self._library_of(pattern)
         self.part = _parted(pattern, team)
+        self._bodies = np.argsort(self.part, kind="stable")  # rank after rank
         groups = interfaces_by_size(problem, elastic)
         self._owner = self._owners(groups)
         self.contacts = [np.flatnonzero(self._owner == rank) for rank in range(team.size)]
-        slots = pattern.slots[~elastic]
-        self.coupled = np.union1d(pattern.diagonal, slots[slots >= 0])
         self.met: list[IntArray] = []
-        self.bodies: list[IntArray] = []
         self._held: list[list[tuple[IntArray, IntArray]]] = []  # by rank and kind: stones and their contacts
         self._rooms: dict[tuple[int, int], FloatArray] = {}
         interface = numbered(groups, problem.count)
-        self.shares = self._shares(groups, seams(problem.operator, interface), interface, pattern)
+        self.shares = self._shares(groups, seams(problem.operator, interface), interface)
 
     def serves(self, problem: ContactProblem, elastic: Mask) -> bool:
         """Whether a problem has the contacts and bodies that were dealt out.
@@ -115,14 +105,10 @@ class Division:
             if len(contacts)
         )
 
-    def maps(self, rigid_map: FloatArray, rank: int) -> FloatArray:
-        """B of a rank's own contacts, shape (k, 2, d, m): written over when it is asked for again.
-
-        Parameters
-        ----------
-        rigid_map : That of all contacts, shape (c, 2, d, m). rank : The rank.
-        """
-        return self._taken((rank, -1), rigid_map, self.contacts[rank])
+    def _library_of(self, pattern: BodyPattern) -> Library:
+        """By which a rank factorises the bodies' matrix."""
+        cost = LinearCost.foreseen(pattern.indices, pattern.pointer, self._width)
+        return library_for(pattern.count * self._width, fills=cost.fills)
 
     def _taken(self, name: tuple[int, int], values: FloatArray, rows: IntArray) -> FloatArray:
         """Some rows of an array, where those that had the name last were: new memory is slow."""
@@ -133,21 +119,19 @@ class Division:
         return np.take(values, rows, axis=0, out=room, mode="clip")
 
     def _owners(self, groups: list[IntArray]) -> IntArray:
-        """Rank of each elastic contact, −1 for others, (c,).
+        """Rank of each contact, (c,).
 
         All interfaces between two parts are of the one or of the other: few seams have contacts of both then.
         """
         ranks = np.sort(np.where(self._sides >= 0, self.part[self._sides], -1), axis=1)
         first = (ranks.sum(axis=1) % 2 == 0) & (ranks[:, 0] >= 0)
         rank = np.maximum(np.where(first, ranks[:, 0], ranks[:, 1]), 0)
-        owner = np.full(len(self._sides), -1)
+        owner = rank.copy()
         for group in groups:
             owner[group] = rank[group[:, :1]]
         return owner
 
-    def _shares(
-        self, groups: list[IntArray], joined: list[IntArray], interface: IntArray, pattern: BodyPattern
-    ) -> list[Share]:
+    def _shares(self, groups: list[IntArray], joined: list[IntArray], interface: IntArray) -> list[Share]:
         """What each rank is given. A seam is one rank's, whoever has its contacts."""
         owner = np.append(self._owner, -1)  # the last is that of no contact
         of_stones, of_seams = (
@@ -155,9 +139,7 @@ class Division:
         )
         divided = any((owner[seam] != owner[seam[:, :1]]).any() for seam in joined)
         at = _places(np.concatenate(self.contacts), len(self._sides))  # contacts rank after rank
-        body_at = _places(np.argsort(self.part, kind="stable"), len(self.part))
-        rows = np.repeat(np.arange(pattern.count), np.diff(pattern.pointer))
-        coupled = np.stack([body_at[rows], body_at[pattern.indices]])[:, self.coupled]
+        body_at = _places(self._bodies, len(self.part))
         made = []
         for rank in range(self._size):
             its = [seam[of == rank] for seam, of in zip(joined, of_seams, strict=True)]
@@ -165,8 +147,8 @@ class Division:
             place = _places(local, len(self._sides))
             own = [group[owner[group[:, 0]] == rank] for group in groups]
             stones = self._stones_of(rank, met, of_stones)
+            bodies = self._bodies_of(rank)
             self.met.append(met)
-            self.bodies.append(self._bodies_of(rank))
             self._held.append(
                 [(some, place[contacts[some]]) for contacts, some in zip(self._stones, stones, strict=True)]
             )
@@ -184,10 +166,11 @@ class Division:
                     seams=[place[seam] for seam in its if len(seam)],
                     interface=interface[met],
                     divided=divided,
-                    bodies=_places(self.bodies[rank], len(self.part))[self._sides[self.contacts[rank]]],
-                    places=body_at[self.bodies[rank]],
+                    elastic=self._elastic[self.contacts[rank]],
+                    bodies=_places(bodies, len(self.part))[self._sides[self.contacts[rank]]],
+                    places=body_at[bodies],
                     own=int((self.part == rank).sum()),
-                    coupled=coupled if rank == 0 else coupled[:, :0],
+                    everywhere=self._bodies,
                     library=self._library,
                 )
             )
@@ -221,6 +204,21 @@ class Division:
         near = np.zeros(len(self._sides) + 1, dtype=bool)
         near[contacts] = True
         return near
+
+
+def some(values: FloatArray, contacts: IntArray) -> FloatArray:
+    """Values of some contacts, ascending, shape (k,); the same array where they are all."""
+    return values if len(contacts) == len(values) else values[contacts]
+
+
+def whole(contacts: list[IntArray], parts: Sequence[FloatArray]) -> FloatArray:
+    """Values of all contacts, from those that each rank has of its own, shape (c, d)."""
+    if len(parts) == 1:
+        return parts[0]
+    whole = np.empty((sum(map(len, contacts)), *parts[0].shape[1:]), dtype=parts[0].dtype)
+    for own, part in zip(contacts, parts, strict=True):
+        whole[own] = part
+    return whole
 
 
 def _places(values: IntArray, count: int) -> IntArray:

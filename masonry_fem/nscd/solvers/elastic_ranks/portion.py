@@ -1,8 +1,9 @@
-"""Portion: what one rank does of a problem and of its steps."""
+"""Portion: what one rank does of the linear systems of a problem."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,66 +13,14 @@ from masonry_fem.host.memory import keep
 from masonry_fem.host.ranks import Member
 from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.mumps import petsc
-from masonry_fem.nscd.solvers.body_matrix import scaled
+from masonry_fem.nscd.solvers.body_matrix import BodyPattern
 from masonry_fem.nscd.solvers.elastic_krylov import Effort, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
-from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Given, Share, Step
+from masonry_fem.nscd.solvers.elastic_ranks.share import Given, Share
 
 FloatArray = NDArray[np.float64]
-
-
-def take_share(member: Member, given: tuple[int, frozenset[int], Share]) -> None:
-    """Make a rank's portion of some contacts, and let go those that are done with.
-
-    Parameters
-    ----------
-    member : The rank.
-    given : Number of the contacts, those of others that are still met, and the rank's part of them.
-    """
-    number, others, share = given
-    portions: dict[int, Portion] = member.kept.setdefault(KEPT, {})
-    for done in sorted(portions.keys() - others):
-        portions.pop(done).close()
-    portions[number] = Portion(member, share)
-
-
-def take_problem(member: Member, given: tuple[int, Given]) -> None:
-    """Prepare a problem.
-
-    Parameters
-    ----------
-    member : The rank. given : Number of its contacts, and the rank's part of the problem.
-    """
-    number, problem = given
-    member.kept[KEPT][number].begin(problem)
-
-
-def take_step(member: Member, given: tuple[int, Step]) -> None:
-    """Prepare a step.
-
-    Parameters
-    ----------
-    member : The rank. given : Number of the contacts, and the rank's part of the step.
-    """
-    number, step = given
-    member.kept[KEPT][number].take(*step)
-
-
-def solve_step(
-    member: Member, given: tuple[int, tuple[FloatArray, FloatArray, FloatArray, Effort]]
-) -> tuple[FloatArray, FloatArray, bool]:
-    """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended.
-
-    Parameters
-    ----------
-    member : The rank.
-    given : Number of the contacts; right-hand sides of the rank's contacts (c, d) and bodies (b, m), w of
-        contacts that are unknowns, 0 of others, (c,), and what is asked of the iteration.
-    """
-    number, sides = given
-    solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT][number].solve(*sides)
-    return solved
+IntArray = NDArray[np.int64]
 
 
 class Portion:
@@ -86,11 +35,16 @@ class Portion:
     def __init__(self, member: Member, share: Share) -> None:
         keep()  # each step makes arrays of a hundred megabytes
         self.member, self.share = member, share
-        self.operator: Shared | None = None
+        self.operator: Shared | None = None  # of its own stones
+        self.near: Shared | None = None  # of all stones at its contacts
+        self.sets: tuple[Sets, Sets] | None = None
         self._rows: Rows | None = None
+        self.slots, coupled = self._beside_interfaces()
+        wide = share.dimension**2
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.met = Exchange(member, share.contacts[: share.met], share.count, share.dimension)
-        self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
+        self.blocks = Exchange(member, share.contacts[: share.met], share.count, wide)
+        self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share, coupled)
 
     @property
     def rows(self) -> Rows:
@@ -100,15 +54,32 @@ class Portion:
 
     def close(self) -> None:
         """Let go what PETSc holds."""
-        for made in (self.contacts, self.met, self.bodies):
+        for made in (self.contacts, self.met, self.blocks, self.bodies):
             made.destroy()
+
+    def _beside_interfaces(self) -> tuple[IntArray, IntArray]:
+        """What it adds to the bodies' matrix beside its interfaces: mass, and what rigid joints leave.
+
+        Returns
+        -------
+        Slots of the pattern of its contacts, (k,), and where these stand in the matrix of all ranks, (2, k).
+        """
+        share = self.share
+        pattern = BodyPattern(share.sides, len(share.everywhere))
+        slots = pattern.slots[~share.elastic]
+        mass = pattern.diagonal if self.member.rank == 0 else pattern.diagonal[:0]
+        some = np.union1d(mass, slots[slots >= 0])
+        at = np.empty_like(share.everywhere)
+        at[share.everywhere] = np.arange(len(at))
+        rows = np.repeat(np.arange(pattern.count), np.diff(pattern.pointer))
+        return some, np.stack([at[rows], at[pattern.indices]])[:, some]
 
     def begin(self, problem: Given) -> None:
         """Prepare a problem."""
-        self._rows = self.member.together(lambda: self._begun(problem))
+        self.member.together(lambda: self._begun(problem))
 
-    def _begun(self, problem: Given) -> Rows:
-        """Rows of the rank's own contacts for any step of a problem; and the operator of its own stones."""
+    def _begun(self, problem: Given) -> None:
+        """The operators of its stones, and what W_el has within its interfaces and seams."""
         share = self.share
         t, d = len(share.contacts), share.dimension
         bed = mine = None
@@ -118,13 +89,34 @@ class Portion:
         own = [kind.some(some) for kind, some in zip(problem.kinds, share.stones, strict=True) if some.any()]
         self.operator = Shared(t, d, own, bed=mine) if own else None
         with self.member.on("interfaces"):
-            whole = Shared(t, d, problem.kinds, bed=bed)
-            if self._rows is None:
-                sets = Sets.of(whole, share.groups), Sets.of(whole, share.seams)
+            self.near = Shared(t, d, problem.kinds, bed=bed)
+            if self.sets is None:
+                self.sets = Sets.of(self.near, share.groups), Sets.of(self.near, share.seams)
             else:
-                sets = self._rows.sets[0].again(whole), self._rows.sets[1].again(whole)
-            maps = scaled(problem.maps, share.bodies, problem.column)
-            return Rows(share.bodies, maps, *sets, share.interface, self._rows)
+                self.sets = self.sets[0].again(self.near), self.sets[1].again(self.near)
+
+    def prepare(self, maps: FloatArray) -> None:
+        """Make rows for any step of the problem.
+
+        Parameters
+        ----------
+        maps : B of its own contacts, its columns divided, shape (c, 2, d, m).
+        """
+        assert self.sets is not None
+        self._rows = Rows(self.share.bodies, maps, *self.sets, self.share.interface, self._rows)
+
+    def at_seams(self, values: Values) -> Values:
+        """What a step has at its own contacts with the same at the others of its seams."""
+        if not self.share.divided:
+            return values
+        shape = (-1, *values.own.shape[1:])
+        own, by_velocity = (
+            self.blocks.spread(part.reshape(len(part), -1)).reshape(shape)
+            for part in (values.own, values.by_velocity)
+        )
+        closed = np.repeat(values.closed[:, None].astype(float), self.share.dimension, axis=1)
+        closed = self.met.spread(closed)
+        return Values(own, by_velocity, closed[:, 0] > 0, values.unit)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""
@@ -142,7 +134,14 @@ class Portion:
     def solve(
         self, force: FloatArray, balance: FloatArray, scale: FloatArray, effort: Effort
     ) -> tuple[FloatArray, FloatArray, bool]:
-        """As ``solve_step``."""
+        """Impulses and motions of its own contacts and bodies, and whether iterations have ended.
+
+        Parameters
+        ----------
+        force, balance : Right-hand sides of its own contacts and bodies, shapes (c, d) and (b, m).
+        scale : w of contacts that are unknowns, 0 of others, shape (c,).
+        effort : What is asked of the iteration.
+        """
         library, shape = petsc(), force.shape
         nothing = np.zeros_like(balance)
         x, motion = self._precondition(force, balance)
@@ -200,15 +199,30 @@ class Portion:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""
         rows, member = self.rows, self.member
         assert rows.values is not None
-        impulse = self.contacts.spread(np.where(rows.values.closed[: len(x), None], x, 0.0))
-        with member.on("products"):
-            velocity = np.zeros_like(impulse)
-            if self.operator is not None:
-                velocity[:] = (self.operator @ impulse.ravel()).reshape(impulse.shape)
-        given = self.contacts.summed(velocity)
+        given = self.moved(np.where(rows.values.closed[: len(x), None], x, 0.0))
         with member.on("products"):
             product: FloatArray = rows.product(x, given, motion)
             return product
+
+    def moved(self, impulse: FloatArray) -> FloatArray:
+        """W_el p of its own contacts, from their impulses, both of shape (c, d)."""
+        pressed = self.contacts.spread(impulse)
+        with self.member.on("products"):
+            velocity = np.zeros_like(pressed)
+            if self.operator is not None:
+                velocity[:] = (self.operator @ pressed.ravel()).reshape(pressed.shape)
+        return self.contacts.summed(velocity)
+
+    @cached_property
+    def its_bodies(self) -> IntArray:
+        """Its own bodies, as they are numbered in the problem, (b,)."""
+        return self.share.everywhere[self.share.places[: self.share.own]]
+
+    def of_all(self, motion: FloatArray) -> FloatArray:
+        """U of all bodies, from that of its own, shape (n, m)."""
+        found = np.empty((len(self.share.everywhere), motion.shape[1]))
+        found[self.share.everywhere] = self.member.joined(motion)
+        return found
 
 
 class _Shell:

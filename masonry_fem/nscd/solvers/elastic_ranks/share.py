@@ -1,16 +1,20 @@
-"""Share: what the leader hands out to a rank, of contacts, of a problem and of a step."""
+"""Share: what the leader hands out to a rank, of contacts and of a problem."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.compliance import Kinds
 from masonry_fem.nscd.linear import Library
-from masonry_fem.nscd.solvers.elastic_krylov import Values
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.settings import Start
+
+if TYPE_CHECKING:
+    from masonry_fem.nscd.methods.newton import ProximalNewton
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,9 +37,10 @@ class Share:
     groups, seams : Its interfaces and seams, by their contacts.
     interface : Number of the interface of each contact that is its own or of its seams, shape (met,).
     divided : Some rank has seams of which not all contacts are its own.
+    elastic : Those of its own contacts that have compliance, shape (c,).
     bodies : Of its own contacts, numbered as in ``places``, shape (c, 2).
     places : Where its bodies stand among those of all ranks, shape (b,); the first ``own`` are its own.
-    coupled : Block rows and columns that it adds to the bodies' matrix beside its interfaces' ones, (2, k).
+    everywhere : All bodies, those of each rank after those of the one before, shape (n,).
     library : By which it factorises the bodies' matrix; None: all ranks do so together.
     """
 
@@ -49,29 +54,42 @@ class Share:
     seams: list[IntArray]
     interface: IntArray
     divided: bool
+    elastic: Mask
     bodies: IntArray
     places: IntArray
     own: int
-    coupled: IntArray
+    everywhere: IntArray
     library: Library | None
 
+    @property
+    def sides(self) -> IntArray:
+        """Bodies of its own contacts, numbered as they are in the problem, −1 for none, shape (c, 2)."""
+        return np.append(self.everywhere[self.places], -1)[self.bodies]
 
-class Given(NamedTuple):
-    """What a rank has of a problem of these contacts.
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What a rank has of a problem of these contacts, and of what solves it.
 
     Attributes
     ----------
     kinds : Stones of which some contact is its own, kind by kind.
     bed : Of its own contacts and those of its seams, shape (met, d); None: none.
-    maps : B of its own contacts, shape (c, 2, d, m).
-    column : What the columns of B are to be divided by, by body, shape (b, m).
+    arrays : Those of the problem of its own contacts and all bodies, by name.
+    count : Contacts of all ranks.
+    scale, unfolded, proximal : w of its own contacts, the same in linear systems, and what α is relative to,
+        shape (c,).
+    method : What solves the problem. start : First guess at its own contacts and all bodies; None: none.
+    whole : The problem, and which contacts each rank has, where the rank leads; None elsewhere.
     """
 
     kinds: tuple[Kinds, ...]
     bed: FloatArray | None
-    maps: FloatArray
-    column: FloatArray
-
-
-# Of a rank's own contacts and those of its seams, and blocks that it adds to the bodies' matrix
-Step = tuple[Values, FloatArray]
+    arrays: dict[str, Any]
+    count: int
+    scale: FloatArray
+    unfolded: FloatArray
+    proximal: FloatArray
+    method: ProximalNewton
+    start: Start | None
+    whole: tuple[ContactProblem, list[IntArray]] | None

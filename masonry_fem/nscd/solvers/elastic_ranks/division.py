@@ -207,18 +207,28 @@ class Division:
 
 
 def some(values: FloatArray, contacts: IntArray) -> FloatArray:
-    """Values of some contacts, ascending, shape (k,); the same array where they are all."""
+    """Values of some contacts, shape (k, ...); the same array where they are all.
+
+    Parameters
+    ----------
+    values : Of all contacts, shape (c, ...). contacts : Numbers of some, ascending, shape (k,).
+    """
     return values if len(contacts) == len(values) else values[contacts]
 
 
 def whole(contacts: list[IntArray], parts: Sequence[FloatArray]) -> FloatArray:
-    """Values of all contacts, from those that each rank has of its own, shape (c, d)."""
+    """Values of all contacts, shape (c, ...).
+
+    Parameters
+    ----------
+    contacts : Those of each rank, ascending. parts : What it has of its own, shape (k, ...).
+    """
     if len(parts) == 1:
         return parts[0]
-    whole = np.empty((sum(map(len, contacts)), *parts[0].shape[1:]), dtype=parts[0].dtype)
+    found = np.empty((sum(map(len, contacts)), *parts[0].shape[1:]), dtype=parts[0].dtype)
     for own, part in zip(contacts, parts, strict=True):
-        whole[own] = part
-    return whole
+        found[own] = part
+    return found
 
 
 def _places(values: IntArray, count: int) -> IntArray:

@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 # Bodies from which all ranks factorise their matrix together: factors of 1640 cost each of two ranks half as
 # much then, solutions a third more. A part of 584 takes two ranks 3.7 s for 3.9. Fewer give the same bits
 # each time.
-TOGETHER = 500
+TOGETHER = 300
 _NUMBERS = numbers()  # of divisions, for ranks to know them by
 
 
@@ -63,7 +63,7 @@ class Division:
         self.contacts = [np.flatnonzero(self._owner == rank) for rank in range(team.size)]
         self.met: list[IntArray] = []
         self._held: list[list[tuple[IntArray, IntArray]]] = []  # by rank and kind: stones and their contacts
-        self._rooms: dict[tuple[int, int], FloatArray] = {}
+        self._rooms: dict[tuple[int, int | str], FloatArray] = {}
         interface = numbered(groups, problem.count)
         self.shares = self._shares(groups, seams(problem.operator, interface), interface)
 
@@ -110,7 +110,17 @@ class Division:
         cost = LinearCost.foreseen(pattern.indices, pattern.pointer, self._width)
         return library_for(pattern.count * self._width, fills=cost.fills)
 
-    def _taken(self, name: tuple[int, int], values: FloatArray, rows: IntArray) -> FloatArray:
+    def taken(self, name: str, values: FloatArray, rank: int) -> FloatArray:
+        """Values of a rank's contacts, shape (k, ...): written over when they are asked for again.
+
+        Parameters
+        ----------
+        name : Of what is asked for. values : Of all contacts, shape (c, ...). rank : The rank.
+        """
+        own = self.contacts[rank]
+        return values if len(own) == len(values) else self._taken((rank, name), values, own)
+
+    def _taken(self, name: tuple[int, int | str], values: FloatArray, rows: IntArray) -> FloatArray:
         """Some rows of an array, where those that had the name last were: new memory is slow."""
         shape = (len(rows), *values.shape[1:])
         room = self._rooms.get(name)

@@ -39,6 +39,7 @@ class Portion:
         self.near: Shared | None = None  # of all stones at its contacts
         self.sets: tuple[Sets, Sets] | None = None
         self._rows: Rows | None = None
+        self.pattern = BodyPattern(share.sides, len(share.everywhere))  # of its own contacts
         self.slots, coupled = self._beside_interfaces()
         wide = share.dimension**2
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
@@ -64,8 +65,7 @@ class Portion:
         -------
         Slots of the pattern of its contacts, (k,), and where these stand in the matrix of all ranks, (2, k).
         """
-        share = self.share
-        pattern = BodyPattern(share.sides, len(share.everywhere))
+        share, pattern = self.share, self.pattern
         slots = pattern.slots[~share.elastic]
         mass = pattern.diagonal if self.member.rank == 0 else pattern.diagonal[:0]
         some = np.union1d(mass, slots[slots >= 0])

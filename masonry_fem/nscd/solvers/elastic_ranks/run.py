@@ -124,7 +124,8 @@ class RanksRun:
             Given(
                 kinds=division.kinds(operator, rank),
                 bed=None if operator.bed is None else operator.bed[met],
-                arrays=bodies | {name: some(values, own) for name, values in of_contacts.items()},
+                arrays=bodies
+                | {name: division.taken(name, values, rank) for name, values in of_contacts.items()},
                 count=problem.count,
                 scale=some(scale, own),
                 unfolded=some(unfolded, own),

@@ -23,6 +23,7 @@ from masonry_fem.nscd.solvers.elastic_ranks.portion import Portion
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Given, Share
 from masonry_fem.nscd.solvers.elastic_ranks.system import Divided, DividedSystem
 from masonry_fem.nscd.solvers.settling import Settling
+from masonry_fem.nscd.structure import Structure
 
 if TYPE_CHECKING:
     from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
@@ -102,6 +103,7 @@ class Work:
         problem = ContactProblem(
             compliance=Divided(portion),
             bodies=portion.share.sides,
+            structure=Structure(pattern=portion.pattern),
             peers=peers,
             **given.arrays,
         )

@@ -19,6 +19,7 @@ CLI = ("-m", "masonry_fem")
 TOGETHER = (str(HERE / "together.py"),)
 LARGE_PARTS = (str(HERE / "large_parts.py"),)
 PRECONDITIONER = (str(HERE / "preconditioner.py"),)
+PROBLEMS = (str(HERE / "problems.py"),)
 BESIDE = Path(sys.executable).parent / "mpiexec"  # that of the MPI that this Python's libraries have
 MPIEXEC = str(BESIDE) if BESIDE.exists() else shutil.which("mpiexec")
 
@@ -125,6 +126,15 @@ def test_no_seam_is_divided(count, tmp_path):
     done = started(tmp_path, count, "run", "scene.toml", "--quiet", program=PRECONDITIONER)
     assert done.returncode == 0, done.stderr
     assert "impulses and motions agree to" in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2, 3])
+def test_ranks_take_the_turns_of_one_process(count, tmp_path):
+    """Open joints, cohesion, rigid stones, what has no equilibrium, and iterations that fail."""
+    done = started(tmp_path, count, program=PROBLEMS)
+    assert done.returncode == 0, done.stderr
+    assert "of which the leader ended 1" in done.stderr
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 if TYPE_CHECKING:  # scenes that are only read need neither NumPy nor SciPy
     import numpy as np
@@ -242,6 +242,37 @@ class Attachment(Protocol):
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """Nodal impulses Gᵀ p, shape (b, n), of signed side impulses (k, d) in the frames; None if rigid."""
+        ...
+
+
+class Making(Protocol):
+    """Something costly that another process can make: it can be sent there."""
+
+    @property
+    def cost(self) -> float:
+        """Of making it, in any unit that is the same for all."""
+        ...
+
+    @property
+    def numbers(self) -> int:
+        """How many there are in what is made."""
+        ...
+
+    def made(self, *, here: bool) -> Any:
+        """Make it, in the process where it is used or, if not ``here``, as it can be sent there."""
+        ...
+
+
+@runtime_checkable
+class Makes(Protocol):
+    """An attachment of which something costly is made before its compliance is known."""
+
+    def making(self, scheme: Scheme) -> Making | None:
+        """What is to be made for a scheme; None: all is there, or costs too little to be sent about."""
+        ...
+
+    def take(self, scheme: Scheme, made: Any) -> None:
+        """Have what was made for a scheme."""
         ...
 
 

@@ -228,6 +228,10 @@ class Compliance:
     free : Dofs that are not clamped, shape (n_free,).
     scheme : Coefficients of the step.
     dense : Whether to factorise densely; None: by size.
+
+    Attributes
+    ----------
+    dense : Whether the factor is: then it can be sent to another process.
     """
 
     kinds: ClassVar[tuple[type[Factor], type[Factor]]] = (DenseFactor, SparseFactor)
@@ -261,6 +265,7 @@ class Compliance:
         self._place = np.full(self._total, -1)
         self._place[free] = np.arange(len(free))
         self._factor = kind(effective, own, momentum, sigma)
+        self.dense = dense
 
     def apply(self, impulses: FloatArray) -> FloatArray:
         """(M̂⁻¹)_el r for nodal impulses of b blocks, shape (b, n) [N s] to (b, n) [m/s]."""

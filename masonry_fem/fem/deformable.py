@@ -156,11 +156,24 @@ class Deformable[S: Deformed](Meshed[S]):
         """
         key = coefficients(self.operators, scheme)
         if key not in self._factors:
-            while len(self._factors) >= KEPT_FACTORS:
-                del self._factors[next(iter(self._factors))]
-            self._factors[key] = self._factorised(scheme)
-            self.factorisations += 1
+            self.keep(scheme, self._factorised(scheme))
         return self._factors[key]
+
+    def factored(self, scheme: Scheme) -> bool:
+        """Whether there is a factor for a scheme."""
+        return coefficients(self.operators, scheme) in self._factors
+
+    def keep(self, scheme: Scheme, factor: Condensed) -> None:
+        """Keep a factor for a scheme.
+
+        Parameters
+        ----------
+        scheme : Coefficients of the step. factor : Made for it.
+        """
+        while len(self._factors) >= KEPT_FACTORS:
+            del self._factors[next(iter(self._factors))]
+        self._factors[coefficients(self.operators, scheme)] = factor
+        self.factorisations += 1
 
     def _factorised(self, scheme: Scheme) -> Condensed:
         try:

@@ -337,6 +337,22 @@ class Leader(Alone):
         self._member.kept.clear()
 
 
+def dealt(sizes: Sequence[float] | NDArray[Any], ranks: int) -> list[list[int]]:
+    """Numbers of the works that each rank does: the largest first, each for the one that has least.
+
+    Parameters
+    ----------
+    sizes : Of each work. ranks : How many there are.
+    """
+    its: list[list[int]] = [[] for _ in range(ranks)]
+    load = [0.0] * ranks
+    for number in sorted(range(len(sizes)), key=lambda work: -sizes[work]):
+        rank = load.index(min(load))
+        its[rank].append(number)
+        load[rank] += float(sizes[number])
+    return its
+
+
 _team: Alone | Leader = Alone()
 
 

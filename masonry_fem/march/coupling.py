@@ -20,6 +20,7 @@ from scipy import sparse
 from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides, nonlinear
 from masonry_fem.contact.contacts import local_frames
 from masonry_fem.host.phases import counted
+from masonry_fem.march.dealing import Dealing
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks, pattern_of
 from masonry_fem.nscd.compliance import Kinds, Shared
@@ -272,7 +273,7 @@ class Coupling:
         """W_el by what stones share."""
         kinds = [
             Kinds.alike(sides.contact[rows], SIGN[sides.side[rows]][:, :, None, None] * turns, matrix)
-            for sides, attachment, seen, at in self._factored(here, guess)
+            for sides, attachment, seen, at in self._factored(here, scheme, guess)
             if seen is not None
             for rows, turns, matrix in attachment.kinds(scheme, seen, at)
         ]
@@ -300,17 +301,20 @@ class Coupling:
             masses[first : first + len(mass), :count] = mass
         return Modes(maps, masses)
 
-    def _factored(self, here: Placement, guess: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
+    def _factored(self, here: Placement, scheme: Scheme, guess: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
         """What each group's part of W_el is made of: a factor each, where it has none yet."""
         parts = tuple(zip(self.sides, self.attachments, here.seen, guess, strict=True))
-        return counted("factors of the stones", parts)
+        dealing = Dealing(self.attachments, scheme)
+        for number, part in enumerate(counted("factors of the stones", parts)):
+            dealing.reach(number)
+            yield part
 
     def _condense(
         self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool
     ) -> sparse.bsr_array:
         c, d = here.points.shape
         contributions: list[tuple[IntArray, FloatArray]] = []
-        for sides, attachment, seen, at in self._factored(here, guess):
+        for sides, attachment, seen, at in self._factored(here, scheme, guess):
             if seen is None:
                 continue
             for members, matrix in attachment.compliance(scheme, seen, at):

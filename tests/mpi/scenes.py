@@ -27,6 +27,29 @@ kind = "elastic"
 normal_stiffness = 1e11
 tangential_stiffness = 4e10
 """
+VAULT = """
+title = "vault"
+dimension = 3
+fidelity = "elastic"
+mesh = { size = 0.12 }
+materials = { stone = { young = 10e9, poisson = 0.2, density = 2400 } }
+analysis = { kind = "statics" }
+solver = { tolerance = 1e-10 }
+output = { pictures = false }
+[[structures]]
+kind = "barrel_vault"
+name = "vault"
+material = "stone"
+radius = 2.0
+thickness = 0.4
+depth = 1.0
+embrace = 120.0
+voussoirs = 5
+stones = 2
+irregularity = 0.15
+[[joints]]
+friction = 0.6
+"""
 USUAL = {
     "fidelity": "elastic", "push": 0.981, "analysis": 'kind = "statics"', "tolerance": 1e-10,
     "linear": "krylov", "columns": 5, "courses": 5, "law": "", "divisions": "[4, 2, 2]",
@@ -47,4 +70,6 @@ SPLIT = {name for name in SCENES if name.startswith("elastic")}
 
 def scene(name: str) -> str:
     """A scene as TOML."""
+    if name == "unlike stones":
+        return VAULT
     return WALL.format(**USUAL | (SCENES | {"few stones": FEW, "parts": PARTS})[name])

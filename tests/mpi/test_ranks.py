@@ -120,6 +120,16 @@ def test_bodies_matrix_factorised_together(count, alone, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3])
+def test_unlike_stones_are_factorised_by_all_ranks(count, alone, tmp_path):
+    found = ran(tmp_path, count, "unlike stones")
+    assert_same(found, alone("unlike stones"))
+    assert found[0]["factorisations"] == alone("unlike stones")[0]["factorisations"]
+    assert min(found[0]["ranks"]["work"]["stones"]["seconds"]) > 0
+    assert "remarks" not in found[0] or "idle_ranks" not in {one["code"] for one in found[0]["remarks"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2, 3])
 def test_no_seam_is_divided(count, tmp_path):
     """Steps are preconditioned as on one rank, so that they are the same ones on any number of them."""
     (tmp_path / "scene.toml").write_text(scene("elastic statics"))

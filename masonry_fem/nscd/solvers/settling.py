@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.host.ranks import Leader, Member, team
+from masonry_fem.host.ranks import Leader, Member, dealt, team
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
@@ -207,7 +207,7 @@ def _rested(groups: Sequence[Part], residual: FloatArray, aim: Aim, until: float
     found = {number: _in_turn(groups[number], aim, until) for number in np.flatnonzero(large).tolist()}
     others = np.flatnonzero(~large)
     works = np.array([aim.work(group, residual[group.contacts]) for group in groups])
-    its = [others[own].tolist() for own in _dealt(works[others], leader.size)]
+    its = [others[own].tolist() for own in dealt(works[others], leader.size)]
     shares = [([groups[number] for number in own], aim, _left(until)) for own in its]
     if len(others):
         for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
@@ -235,20 +235,9 @@ def _large(sizes: IntArray, ranks: int) -> Mask:
     return large
 
 
-def _dealt(sizes: IntArray | FloatArray, ranks: int) -> list[list[int]]:
-    """What each rank does of work of some sizes: the largest first, each for the one that has least."""
-    its: list[list[int]] = [[] for _ in range(ranks)]
-    load = np.zeros(ranks)
-    for number in np.argsort(-sizes, kind="stable").tolist():
-        rank = int(load.argmin())
-        its[rank].append(number)
-        load[rank] += sizes[number]
-    return its
-
-
 def _load(sizes: IntArray, ranks: int) -> IntArray:
     """Contacts of all that each rank is dealt, shape (r,)."""
-    return np.array([sizes[own].sum() for own in _dealt(sizes, ranks)])
+    return np.array([sizes[own].sum() for own in dealt(sizes, ranks)])
 
 
 def _on_rank(member: Member, share: tuple[list[Part], Aim, float | None]) -> list[Rested]:

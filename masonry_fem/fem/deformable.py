@@ -164,12 +164,14 @@ class Deformable[S: Deformed](Meshed[S]):
         return coefficients(self.operators, scheme) in self._factors
 
     def keep(self, scheme: Scheme, factor: Condensed) -> None:
-        """Keep a factor for a scheme.
+        """Keep a factor for a scheme that there is none for.
 
         Parameters
         ----------
         scheme : Coefficients of the step. factor : Made for it.
         """
+        if self.factored(scheme):  # that of another group with the same matrices
+            return
         while len(self._factors) >= KEPT_FACTORS:
             del self._factors[next(iter(self._factors))]
         self._factors[coefficients(self.operators, scheme)] = factor

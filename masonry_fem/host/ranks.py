@@ -13,6 +13,14 @@ where errors end up.
         own = member.together(lambda: ...)        # what may fail on one rank: then it fails on all
         return member.comm.allreduce(...)         # what cannot be done by one rank alone
 
+In the midst of work the leader can call on all ranks for other work, if these serve meanwhile:
+
+    def work(member, share):
+        given = member.collected(...)             # what all ranks have, on the leader; None elsewhere
+        if given is None:
+            return member.serve()                 # until the leader hands out what it has made of that
+        return team().lead(lambda: [...])         # for each rank; calls on ranks may lead there
+
 In a process that was started alone there is no team but ``Alone``, and no MPI is loaded.
 """
 
@@ -142,11 +150,18 @@ class Member:
         return given
 
     def serve(self) -> Any:
-        """Do what the leader calls for, until it sends what this rank was waiting for: that."""
+        """Do what the leader calls for, until it sends what this rank was waiting for: that.
+
+        Raises
+        ------
+        AgreedError : The leader has failed to make it.
+        """
         while True:
             self.meet()
             work, share = self.receive(0)
             if work is None:
+                if isinstance(share, _Failure):
+                    raise AgreedError(share.error)
                 return share
             made = _done(work, self, share)[0]
             del share
@@ -311,15 +326,26 @@ class Leader(Alone):
         Parameters
         ----------
         local : Makes what each rank gets; it may call on them.
+
+        Raises
+        ------
+        AgreedError : With what it has raised.
         """
+        shares: Sequence[Any]
         self.busy = False
         try:
             shares = local()
-        finally:  # should it fail, others are left in the midst of work
+        except Exception as error:
+            if self.busy:  # others are in the midst of other work
+                raise
+            shares = [_Failure(error)] * self.size
+        finally:
             self.busy = True
         self._member.meet()
         for rank, share in enumerate(shares[1:], start=1):
             self._member.send((None, share), rank)
+        if isinstance(shares[0], _Failure):
+            raise AgreedError(shares[0].error)
         return shares[0]
 
     def spent(self) -> list[tuple[dict[str, Spent], float]]:
@@ -443,6 +469,13 @@ def _said(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return "memory is not enough for its part of this scene; take more ranks, or fewer on each machine"
     return f"unexpected {type(error).__name__}: {error}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Failure:
+    """What ranks get that wait for something which cannot be made."""
+
+    error: Exception
 
 
 class AgreedError(Exception):

@@ -94,7 +94,9 @@ class ContactProblem:
         positive semidefinite symmetric part (laws that soften iterate instead); None: 0.
     structure : What solvers keep for further problems with the same contacts; neither compared nor written.
     peers : Ranks that have the other contacts, where this one has some contacts and all bodies; None: there
-        are no others.
+        are no others. With them Bᵀ p, ``norm``, ``any`` and their like are those of all contacts, which all
+        ranks have to ask for together (as they do where they make a problem with cohesion); all that other
+        modules measure is that of the contacts that are here.
 
     Raises
     ------
@@ -234,7 +236,8 @@ class ContactProblem:
 
     def any(self, values: FloatArray | Mask) -> bool:
         """Whether some value at any contact is not 0."""
-        return bool(self.summed(np.array([float(values.any())]))[0] > 0)
+        here = bool(values.any())
+        return here if self.peers is None else bool(self.peers.summed(np.array([float(here)]))[0] > 0)
 
     def norm(self, values: FloatArray) -> float:
         """Euclidean norm of values at all contacts."""

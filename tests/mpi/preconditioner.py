@@ -11,16 +11,16 @@ from masonry_fem.nscd.scaling import method_scales
 from masonry_fem.nscd.solvers.elastic_krylov import Undivided
 from masonry_fem.nscd.solvers.elastic_ranks.division import whole as put_together
 from masonry_fem.nscd.solvers.elastic_ranks.system import DividedSystem
-from masonry_fem.nscd.solvers.elastic_ranks.work import Work
+from masonry_fem.nscd.solvers.elastic_ranks.work import Worker
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 
 AGREES = 1e-9
-iteration, begin, ways, wholes = DividedSystem._iteration, Work.begin, [], []
+iteration, begin, ways, wholes = DividedSystem._iteration, Worker.begin, [], []
 
 
 def begun(self, given):
     """What a rank begins a run with; the leader knows the whole problem."""
-    wholes.append(given.whole)
+    wholes.append(given.run and given.run())
     return begin(self, given)
 
 
@@ -39,7 +39,7 @@ def compared(self, kept, terms):
     ways.append(0.0)
     if given is None:
         return solve
-    problem, contacts = wholes[-1]
+    problem, contacts = wholes[-1].problem, wholes[-1].division.contacts
     force, impulse, *of_contacts = (put_together(contacts, list(parts)) for parts in zip(*given, strict=True))
     alone = NewtonSystem(problem, method_scales(problem, moving=False)[1], self.library)
     mass = terms.coupled.diagonal().reshape(balance.shape)  # all of it is the leader's
@@ -59,7 +59,7 @@ def compared(self, kept, terms):
     return solve
 
 
-DividedSystem._iteration, Work.begin = compared, begun
+DividedSystem._iteration, Worker.begin = compared, begun
 code = main(sys.argv[1:])
 if team().size > 1:
     print("impulses and motions agree to", *(f"{way:.1e}" for way in ways), file=sys.stderr)

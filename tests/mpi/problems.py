@@ -3,6 +3,7 @@
 Ranks solve for all of them by iterations, few contacts as they are.
 """
 
+import gc
 import sys
 from dataclasses import replace
 
@@ -16,6 +17,7 @@ from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.solvers.elastic_krylov import Effort
 from masonry_fem.nscd.solvers.elastic_ranks import system
 from masonry_fem.nscd.solvers.elastic_ranks.run import RanksRun
+from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT
 from tests.nscd.walls import wall
 
 SIZE = {"courses": 4, "length": 1.5, "elements": (2, 1, 1)}
@@ -72,6 +74,10 @@ def cases():
         yield f"head joints open by {gap:g} m", opened(problem, structure, gap), None
     yield "half of it bonded", bonded(pushed(problem, 0.3)), None
     yield "some of it rigid", shared(rigid=(0, 1, 4, 5))[1], None
+    structure, mixed = shared(rigid=(0, 1, 4, 5))
+    yield "some of it rigid, head joints open", opened(mixed, structure, 1e-7), None
+    rough = replace(problem, friction=np.full(problem.count, 3.0))
+    yield "rough", pushed(rough, 0.8), None
     yield "without an end of iterations", pushed(problem, 0.3), None
 
 
@@ -120,9 +126,12 @@ try:
     runs = RanksRun.__init__
     RanksRun.__init__ = lambda self, *given: made.append(self) or runs(self, *given)
     faults = [compared(*case) for case in cases()]
-    alone = [run for run in made if run._alone is not None]
-    print(f"runs of all ranks: {len(made)}, of which the leader ended {len(alone)}", file=sys.stderr)
-    code = int(any(faults) or len(made) != len(faults) or len(alone) != 1)
+    count, alone = len(made), sum(run._alone is not None for run in made)
+    made.clear()
+    gc.collect()
+    kept = len(ranks.team().held[KEPT])  # by ranks, of what is done with
+    print(f"runs of all ranks: {count}, of which the leader ended {alone}; kept {kept}", file=sys.stderr)
+    code = int(any(faults) or count != len(faults) or alone != 1 or kept != 0)
     print(*filter(None, faults), sep="\n", file=sys.stderr)
 finally:
     ranks.team().end(code)

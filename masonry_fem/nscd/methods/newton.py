@@ -196,7 +196,7 @@ class NewtonRun:
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
         self.factors = 0
-        self.flips = Flips(problem.friction)
+        self.flips = Flips(problem.friction, problem.any)
         self.weight = weight if settings.weight is None else settings.weight
         self.least_weight = min(self.least_weight, self.weight)  # a given one may be below the usual floor
         self.static_mass = _SOFT
@@ -431,7 +431,7 @@ class NewtonRun:
 
     def _deformable(self) -> bool:
         """Whether all contacts are those of blocks that deform."""
-        return bool(self.problem.body_count and self.problem.operator.elastic().all())
+        return bool(self.problem.body_count) and not self.problem.any(~self.system.elastic)
 
     def _moved(self, factor: NewtonFactor, here: _Point, residual: FloatArray) -> _Point:
         """The point where a residual of the linearised problem is gone."""

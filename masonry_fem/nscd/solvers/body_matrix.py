@@ -81,8 +81,11 @@ class BodyMatrix:
 
     @cached_property
     def maps(self) -> FloatArray:
-        """B by contact and side as its columns are scaled, shape (c, 2, d, m)."""
-        return scaled(self._rigid_map.copy(), self.pattern.bodies, self.column)
+        """B by contact and side as its columns are scaled, 0 where a side has no body, shape (c, 2, d, m)."""
+        none = np.full((1, self.size), np.inf)
+        maps: FloatArray = self._rigid_map.copy()
+        maps /= np.append(self.column, none, axis=0)[self.pattern.bodies][:, :, None]
+        return maps
 
     def assemble(self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray) -> sparse.bsr_array:
         """Diag + Bᵀ S B over some contacts, block-sparse, shape (b m, b m).
@@ -103,15 +106,3 @@ class BodyMatrix:
             couple(contacts, pattern.bodies, self.maps, sloped, pattern.slots, blocks)
         shape = (pattern.count * m, pattern.count * m)
         return sparse.bsr_array((blocks, pattern.indices, pattern.pointer), shape=shape, blocksize=(m, m))
-
-
-def scaled(maps: FloatArray, bodies: IntArray, column: FloatArray) -> FloatArray:
-    """B with its columns divided, in the same memory; 0 where a side has no body.
-
-    Parameters
-    ----------
-    maps : B by contact and side, shape (c, 2, d, m). bodies : On the sides, −1 for none, shape (c, 2).
-    column : What is divided by, shape (b, m).
-    """
-    maps /= np.append(column, np.full((1, column.shape[1]), np.inf), axis=0)[bodies][:, :, None]
-    return maps

@@ -241,13 +241,9 @@ class Values:
     unit: float
 
     @classmethod
-    def at(cls, terms: Terms, contacts: IntArray | None = None) -> Self:
-        """Those of some contacts of a problem; None: of all."""
-        if contacts is None:
-            return cls(terms.own / terms.unit, terms.by_velocity, terms.closed, terms.unit)
-        own, by_velocity = (np.take(blocks, contacts, axis=0) for blocks in (terms.own, terms.by_velocity))
-        own /= terms.unit
-        return cls(own, by_velocity, terms.closed[contacts], terms.unit)
+    def at(cls, terms: Terms) -> Self:
+        """Those of all contacts of a problem."""
+        return cls(terms.own / terms.unit, terms.by_velocity, terms.closed, terms.unit)
 
     def changed(self, before: Values) -> Mask:
         """Contacts that have others than before, by as much as iterations would feel, shape (c,)."""

@@ -7,6 +7,8 @@ pushed through, and sticks again. What is left is to slip, with hardly any norma
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,10 +23,16 @@ _OPEN, _SLIPS, _STICKS = 0, 1, 2
 
 
 class Flips:
-    """The contacts' states of the last steps."""
+    """The contacts' states of the last steps.
 
-    def __init__(self, friction: FloatArray) -> None:
-        self.rough = friction > ROUGH
+    Parameters
+    ----------
+    friction : Coefficients μ, shape (c,).
+    anywhere : Tells whether some contact of any rank is in a mask; None: all contacts are here.
+    """
+
+    def __init__(self, friction: FloatArray, anywhere: Callable[[Mask], bool] | None = None) -> None:
+        self.rough, self._anywhere = friction > ROUGH, anywhere
         self.states: list[NDArray[np.int8]] = []
 
     def forget(self) -> None:
@@ -42,6 +50,6 @@ class Flips:
             return np.zeros_like(self.rough)
         first, second, last = self.states
         found: Mask = self.rough & (first == last) & (np.abs(second - last) == _STICKS - _OPEN)
-        if found.any():
+        if found.any() if self._anywhere is None else self._anywhere(found):
             self.forget()
         return found

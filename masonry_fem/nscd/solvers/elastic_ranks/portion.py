@@ -109,12 +109,12 @@ class Portion:
         """What a step has at its own contacts with the same at the others of its seams."""
         if not self.share.divided:
             return values
-        shape = (-1, *values.own.shape[1:])
+        d = self.share.dimension
         own, by_velocity = (
-            self.blocks.spread(part.reshape(len(part), -1)).reshape(shape)
+            self.blocks.spread(part.reshape(len(part), d * d)).reshape(-1, d, d)
             for part in (values.own, values.by_velocity)
         )
-        closed = np.repeat(values.closed[:, None].astype(float), self.share.dimension, axis=1)
+        closed = np.repeat(values.closed[:, None].astype(float), d, axis=1)
         closed = self.met.spread(closed)
         return Values(own, by_velocity, closed[:, 0] > 0, values.unit)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import weakref
 from dataclasses import replace
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,7 @@ IntArray = NDArray[np.int64]
 
 logger = logging.getLogger(__name__)
 
+_NUMBERS = count()  # of runs
 OF_CONTACTS = ("friction", "free_velocity", "rigid_map", *COHESION)
 OF_BODIES = ("rigid_mass", "rigid_impulse", "rigid_velocity")
 
@@ -59,21 +61,26 @@ class RanksRun:
     ----------
     problem, method, start : The contact problem, what solves it, and a first guess, None where there is none.
     leader : The ranks.
+
+    Attributes
+    ----------
+    problem, division : The problem, and its contacts as they are dealt to ranks.
     """
 
     def __init__(
         self, problem: ContactProblem, method: ProximalNewton, start: Start | None, leader: Leader
     ) -> None:
         self._structure = Structure() if problem.structure is None else problem.structure
-        self._problem, self._method, self._leader = problem, method, leader
+        self.problem, self._method, self._leader = problem, method, leader
         self._rests = Resting(problem)
-        self._division = self._divided()
+        self.division, self._number = self._divided(), next(_NUMBERS)
+        self._start = start  # from where the leader would go on by itself
         held: weakref.WeakSet[Division] = leader.held.setdefault(KEPT, weakref.WeakSet())
-        number = self._division.number
-        if self._division not in held:
+        number = self.division.number
+        if self.division not in held:
             others = frozenset(division.number for division in held)
-            leader.call(take_share, [(number, others, share) for share in self._division.shares])
-            held.add(self._division)
+            leader.call(take_share, [(number, others, share) for share in self.division.shares])
+            held.add(self.division)
         self._last = self._joined(leader.call(begin, [(number, given) for given in self._given(start)]))
         self._alone: Run | None = None  # where iterations have failed, the leader goes on by itself
 
@@ -88,21 +95,21 @@ class RanksRun:
         last = self._last
         if self._rests.at(quality, settings.tolerance, last.impulse, last.rigid_velocity):
             return replace(last, iterations=0, linear_solves=0, verdict=Outcome.STALLED)
-        number = self._division.number
+        asked = self.division.number, (self._number, quality, settings)
         try:
-            made = self._leader.call(step, [(number, (quality, settings))] * self._leader.size)
+            made = self._leader.call(step, [asked] * self._leader.size)
         except StagnationError as failure:
             logger.info("iteration of a Newton step failed (%s); there are factors from now on", failure)
             self._structure.factored = True
-            start = Start(last.impulse, last.rigid_velocity) if last.impulse.any() else None
-            self._alone = self._method.init(replace(self._problem, structure=self._structure), start)
+            self._alone = self._method.init(replace(self.problem, structure=self._structure), self._start)
             return self._alone.guess()
         self._last = self._joined(made)
+        self._start = Start(self._last.impulse, self._last.rigid_velocity)
         return self._last
 
     def _divided(self) -> Division:
         """Its contacts and bodies as they are dealt to ranks."""
-        problem, structure = self._problem, self._structure
+        problem, structure = self.problem, self._structure
         elastic, pattern = problem.operator.elastic(), structure.pattern
         if structure.division is None or not structure.division.serves(problem, elastic):
             if pattern is None or not pattern.serves(problem.bodies, problem.body_count):
@@ -112,7 +119,7 @@ class RanksRun:
 
     def _given(self, start: Start | None) -> list[Given]:
         """What each rank is given of the problem."""
-        problem, division, method = self._problem, self._division, self._method
+        problem, division, method = self.problem, self.division, self._method
         operator = problem.operator
         assert isinstance(operator, Shared)
         scale, unfolded = method_scales(problem, moving=method.moving)
@@ -132,7 +139,8 @@ class RanksRun:
                 proximal=some(proximal, own),
                 method=method,
                 start=_at(start, own),
-                whole=None if rank else (problem, division.contacts),
+                number=self._number,
+                run=None if rank else weakref.ref(self),
             )
             for rank, (own, met) in enumerate(zip(division.contacts, division.met, strict=True))
         ]
@@ -141,7 +149,7 @@ class RanksRun:
         """The offer of all ranks."""
         lead = offered[0].rest
         assert lead is not None
-        contacts = self._division.contacts
+        contacts = self.division.contacts
         impulse = whole(contacts, [part.impulse for part in offered])
         products = None
         if lead.products is not None:
@@ -160,4 +168,8 @@ def _at(start: Start | None, contacts: IntArray) -> Start | None:
     impulse, velocity = (
         None if values is None else some(values, contacts) for values in (start.impulse, start.velocity)
     )
-    return Start(impulse, start.rigid_velocity, velocity)
+    known = start.products
+    if known is not None and impulse is not None:
+        elastic, moved = (some(values, contacts) for values in (known.elastic, known.velocity))
+        known = Products(impulse, known.rigid_velocity, elastic, moved, known.given)
+    return Start(impulse, start.rigid_velocity, velocity, known)

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd.compliance import Kinds
 from masonry_fem.nscd.linear import Library
-from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import Start
 
 if TYPE_CHECKING:
+    import weakref
+
     from masonry_fem.nscd.methods.newton import ProximalNewton
+    from masonry_fem.nscd.solvers.elastic_ranks.run import RanksRun
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -73,14 +75,15 @@ class Given:
 
     Attributes
     ----------
-    kinds : Stones of which some contact is its own, kind by kind.
+    kinds : Stones at its own contacts and those of its seams, kind by kind.
     bed : Of its own contacts and those of its seams, shape (met, d); None: none.
     arrays : Those of the problem of its own contacts and all bodies, by name.
     count : Contacts of all ranks.
     scale, unfolded, proximal : w of its own contacts, the same in linear systems, and what α is relative to,
         shape (c,).
     method : What solves the problem. start : First guess at its own contacts and all bodies; None: none.
-    whole : The problem, and which contacts each rank has, where the rank leads; None elsewhere.
+    number : Of the run that begins.
+    run : Itself where the rank leads, not kept with what ranks keep; None elsewhere.
     """
 
     kinds: tuple[Kinds, ...]
@@ -92,4 +95,5 @@ class Given:
     proximal: FloatArray
     method: ProximalNewton
     start: Start | None
-    whole: tuple[ContactProblem, list[IntArray]] | None
+    number: int
+    run: weakref.ref[RanksRun] | None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import override
 
@@ -91,8 +92,22 @@ class DividedSystem(NewtonSystem):
         root: FloatArray | None = None,
         stiffness: FloatArray | None = None,
     ) -> NewtonFactor:
-        inertia = mass if self._portion.member.rank == 0 else np.zeros_like(mass)  # it is added up
+        member = self._portion.member
+        inertia = mass if member.rank == 0 else np.zeros_like(mass)  # it is added up
+        if self._mixed and own_inverse is None and root is None:
+            own_inverse = _agreed(lambda: member.together(lambda: self._inverses(own, closed)))
         return super().factor(own, by_velocity, closed, plain, inertia, own_inverse, root, stiffness)
+
+    @cached_property
+    def _mixed(self) -> bool:
+        """Whether some contacts have no compliance."""
+        return self.problem.any(~self.elastic)
+
+    def _inverses(self, own: FloatArray, closed: Mask) -> FloatArray:
+        """D⁻¹ of closed contacts without compliance, zero elsewhere, shape (c, d, d)."""
+        inverse, gone = np.zeros_like(own), np.flatnonzero(closed & ~self.elastic)
+        inverse[gone] = np.linalg.inv(own[gone])
+        return inverse
 
     @override
     def _coupled(self, kept: IntArray) -> bool:
@@ -105,14 +120,11 @@ class DividedSystem(NewtonSystem):
         coupled = terms.coupled.data[portion.slots]
         unknown = int(problem.summed(np.array([float(len(kept))]))[0])
         effort = Effort.of(unknown)
-        try:
-            portion.take(values, coupled)
-        except AgreedError as failure:
-            raise failure.error from None
+        _agreed(lambda: portion.take(values, coupled))
 
         def solve(rhs: FloatArray) -> FloatArray:
             if portion.rows.values is not values:
-                portion.take(values, coupled)
+                _agreed(lambda: portion.take(values, coupled))
             force, scale = np.zeros_like(problem.free_velocity), np.zeros(problem.count)
             force[kept], scale[kept] = rhs[: len(kept) * d].reshape(-1, d), self.scale[kept]
             balance = rhs[len(kept) * d :].reshape(problem.body_count, -1)
@@ -122,6 +134,21 @@ class DividedSystem(NewtonSystem):
             return np.concatenate([impulse[kept].ravel(), portion.of_all(moved).ravel()])
 
         return solve
+
+
+def _agreed[T](work: Callable[[], T]) -> T:
+    """What work gives that all ranks do; a singular matrix of one of them is one of all.
+
+    Raises
+    ------
+    LinAlgError : A matrix is singular.
+    """
+    try:
+        return work()
+    except AgreedError as failure:
+        if isinstance(failure.error, np.linalg.LinAlgError):
+            raise failure.error from None
+        raise
 
 
 def _stagnated(effort: Effort) -> None:

@@ -26,10 +26,12 @@ from masonry_fem.nscd.solvers.settling import Settling
 from masonry_fem.nscd.structure import Structure
 
 if TYPE_CHECKING:
+    import weakref
+
     from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
+    from masonry_fem.nscd.solvers.elastic_ranks.run import RanksRun
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Offered(NamedTuple):
@@ -56,10 +58,10 @@ def take_share(member: Member, given: tuple[int, frozenset[int], Share]) -> None
     given : Number of the contacts, those of others that are still met, and the rank's part of them.
     """
     number, others, share = given
-    works: dict[int, Work] = member.kept.setdefault(KEPT, {})
-    for done in sorted(works.keys() - others):
-        works.pop(done).portion.close()
-    works[number] = Work(Portion(member, share))
+    workers: dict[int, Worker] = member.kept.setdefault(KEPT, {})
+    for done in sorted(workers.keys() - others):
+        workers.pop(done).portion.close()
+    workers[number] = Worker(Portion(member, share))
 
 
 def begin(member: Member, given: tuple[int, Given]) -> Offered:
@@ -74,32 +76,33 @@ def begin(member: Member, given: tuple[int, Given]) -> Offered:
     return found
 
 
-def step(member: Member, given: tuple[int, tuple[Quality, SolverSettings]]) -> Offered:
+def step(member: Member, given: tuple[int, tuple[int, Quality, SolverSettings]]) -> Offered:
     """A step of the run that was begun last with some contacts.
 
     Parameters
     ----------
-    member : The rank. given : Number of the contacts; quality of the last offer, and settings.
+    member : The rank. given : Number of the contacts; of the run, quality of its last offer, and settings.
     """
     number, asked = given
     found: Offered = member.kept[KEPT][number].step(*asked)
     return found
 
 
-class Work:
+class Worker:
     """A rank's portion of some contacts, and the run that was begun last with it."""
 
     def __init__(self, portion: Portion) -> None:
         self.portion = portion
         self.run: NewtonRun | None = None
+        self.number = -1  # of the run
 
     def begin(self, given: Given) -> Offered:
-        """As the function."""
+        """Begin a run in place of the last; what it starts from."""
         from masonry_fem.nscd.methods.newton import Means, NewtonRun  # noqa: PLC0415 - it calls on ranks
 
         portion = self.portion
         portion.begin(given)
-        peers = Rank(portion.member, given.count)
+        peers = Others(portion.member, given.count)
         problem = ContactProblem(
             compliance=Divided(portion),
             bodies=portion.share.sides,
@@ -111,14 +114,16 @@ class Work:
             given.scale,
             given.proximal,
             DividedSystem(problem, given.unfolded, given.method.library, portion),
-            lambda held: OfAll(portion.member, held, given.whole),
+            lambda held: SettlingOfAll(portion.member, held, given.run),
         )
+        self.number = given.number
         self.run = NewtonRun(problem, given.method, given.start, means)
         return self._offered(self.run.guess())
 
-    def step(self, quality: Quality, settings: SolverSettings) -> Offered:
-        """As the function."""
+    def step(self, number: int, quality: Quality, settings: SolverSettings) -> Offered:
+        """A step of the run that was begun last, which has this number."""
         assert self.run is not None
+        assert self.number == number
         return self._offered(self.run.step(quality, settings))
 
     def _offered(self, offer: Iterate) -> Offered:
@@ -131,7 +136,7 @@ class Work:
         return Offered(offer.impulse, moving, rest)
 
 
-class Rank:
+class Others:
     """The ranks that have the other contacts of a problem.
 
     Parameters
@@ -152,23 +157,17 @@ class Rank:
         return least
 
 
-class OfAll:
+class SettlingOfAll:
     """``Settling`` of a problem that ranks share: the leader sees to it.
 
     Parameters
     ----------
     member : This rank. held : The method that solves parts.
-    whole : The problem, and which contacts each rank has, where this one leads; None elsewhere.
+    run : The run of all ranks where this one leads; None elsewhere.
     """
 
-    def __init__(
-        self,
-        member: Member,
-        held: ProximalNewton,
-        whole: tuple[ContactProblem, list[IntArray]] | None,
-    ) -> None:
-        self._member, self._whole = member, whole
-        self._settling = None if whole is None else Settling(whole[0], held)
+    def __init__(self, member: Member, held: ProximalNewton, run: weakref.ref[RanksRun] | None) -> None:
+        self._member, self._held, self._run = member, held, run
         self.linear_solves = 0
 
     def settle(
@@ -189,23 +188,22 @@ class OfAll:
         if states is None:
             settled, self.linear_solves = self._member.serve()
             return settled
-        assert self._settling is not None
-        assert self._whole is not None
-        settling, contacts = self._settling, self._whole[1]
+        leader, run = team(), None if self._run is None else self._run()
+        assert isinstance(leader, Leader)
+        assert run is not None
+        settling, contacts = Settling(run.problem, self._held), run.division.contacts
         residuals, impulses, velocities = zip(*states, strict=True)
-        pressed, products = whole(contacts, impulses), None
-        if known is not None:
-            moved = whole(contacts, velocities)
-            products = Products(pressed, rigid_velocity, moved, moved, known.given)  # no part asks for W_el p
 
         def shares() -> list[Any]:
-            left = whole(contacts, residuals)
+            left, pressed, products = whole(contacts, residuals), whole(contacts, impulses), None
+            if known is not None:
+                moved = whole(contacts, velocities)
+                products = Products(pressed, rigid_velocity, moved[:0], moved, known.given)  # W_el p: unknown
             found = settling.settle(left, pressed, rigid_velocity, error, wanted, until, best, products)
+            solves = self.linear_solves + settling.linear_solves
             if found is None:
-                return [(None, settling.linear_solves)] * self._member.size
-            return [((some(found[0], own), found[1]), settling.linear_solves) for own in contacts]
+                return [(None, solves)] * self._member.size
+            return [((some(found[0], own), found[1]), solves) for own in contacts]
 
-        leader = team()
-        assert isinstance(leader, Leader)
         settled, self.linear_solves = leader.lead(shares)
         return settled

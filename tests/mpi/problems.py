@@ -118,6 +118,26 @@ def ask(member, effort):
     system.Effort = effort
 
 
+def short(member, _):
+    """Work in the midst of which the leader has too little memory for what others wait for."""
+    return member.serve() if member.rank else ranks.team().lead(lacking)
+
+
+def lacking():
+    raise MemoryError("for parts")
+
+
+def shortage():
+    """What is wrong after such work; "" where all ranks have learnt of it and are ready for more."""
+    everywhere, size = ranks.team().call, ranks.team().size
+    try:
+        everywhere(short, [None] * size)
+    except MemoryError:
+        everywhere(ask, [Effort] * size)
+        return ""
+    return "nobody was told of too little memory"
+
+
 if ranks.join():
     sys.exit(0)
 code = 1
@@ -126,12 +146,14 @@ try:
     runs = RanksRun.__init__
     RanksRun.__init__ = lambda self, *given: made.append(self) or runs(self, *given)
     faults = [compared(*case) for case in cases()]
+    expected = len(faults)
+    faults.append(shortage())
     count, alone = len(made), sum(run._alone is not None for run in made)
     made.clear()
     gc.collect()
     kept = len(ranks.team().held[KEPT])  # by ranks, of what is done with
     print(f"runs of all ranks: {count}, of which the leader ended {alone}; kept {kept}", file=sys.stderr)
-    code = int(any(faults) or count != len(faults) or alone != 1 or kept != 0)
+    code = int(any(faults) or count != expected or alone != 1 or kept != 0)
     print(*filter(None, faults), sep="\n", file=sys.stderr)
 finally:
     ranks.team().end(code)

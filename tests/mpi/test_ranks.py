@@ -198,6 +198,17 @@ def test_failures_leave_no_rank_behind(how, code, said, tmp_path):
     assert told == [] if not said else [line.startswith(said) for line in told] == [True]
 
 
+@pytest.mark.slow
+def test_each_rank_has_one_thread_unless_somebody_says_how_many(monkeypatch, tmp_path):
+    code = "import os, sys, masonry_fem.host.ranks as r\nif r.join(): sys.exit(0)\n" + (
+        "print(os.environ['OPENBLAS_NUM_THREADS'], os.environ['OMP_NUM_THREADS'])\nr.team().end(0)"
+    )
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    done = started(tmp_path, 2, program=("-c", code))
+    assert done.stdout.split() == ["1", "3"], done.stderr
+
+
 def test_one_process_has_no_mpi(tmp_path):
     code = "import sys, masonry_fem.cli as c; c.main(['info']); print('mpi4py' in sys.modules)"
     done = started(tmp_path, 0, program=("-c", code))

@@ -1,9 +1,11 @@
 """Dealing: what stones give way by, made by all ranks, for some stones at a time.
 
-dealing = Dealing(attachments, scheme)
-for number, attachment in enumerate(attachments):
-    dealing.reach(number)                     # what it needs is there, where ranks could make it
-    attachment.kinds(scheme, ...)
+    dealing = Dealing(attachments, scheme)
+    for number, attachment in enumerate(attachments):
+        dealing.reach(number)                     # what it needs is there, where ranks could make it
+        attachment.kinds(scheme, ...)
+
+Where there is one process nothing is dealt: each attachment makes what it needs when it is asked.
 """
 
 from __future__ import annotations

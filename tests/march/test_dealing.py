@@ -12,27 +12,9 @@ from masonry_fem.fem import attachment, condense
 from masonry_fem.host.ranks import Leader, dealt
 from masonry_fem.march import coupling, dealing
 from masonry_fem.scene import loads
+from tests.mpi.scenes import VAULT as UNLIKE
 
-VAULT = """
-dimension = 3
-fidelity = "elastic"
-materials.stone = { density = 2200, young = 1e9, poisson = 0.2 }
-loads.gravity = [0.0, 0.0, -9.81]
-mesh.size = 0.3
-[[structures]]
-kind = "barrel_vault"
-name = "vault"
-material = "stone"
-radius = 2.0
-thickness = 0.4
-depth = 1.0
-embrace = 120.0
-voussoirs = 5
-stones = 2
-irregularity = 0.15
-[[joints]]
-friction = 0.6
-"""
+VAULT = UNLIKE.replace("size = 0.12", "size = 0.3")
 
 
 class Sent:

@@ -33,7 +33,7 @@ IntArray = NDArray[np.int64]
 # Contacts from which the form pays, and modes of a body up to which it does: with fewer contacts a factor of
 # all is as cheap, with more modes an iteration on all (``elastic_krylov``).
 CONTACTS = 2_000
-MOST = 12
+MOST = 24
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,9 +60,8 @@ class ModalSystem(NewtonSystem):
 
     def _solver(self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray) -> Solve:
         """Solves with the bodies' matrix: its pattern stays from step to step, and so does MUMPS's plan."""
-        bodies = self.body_solver
-        if self.library != "auto" or petsc() is None or bodies.iterates(symmetric=True):
-            return bodies.solver(slope, contacts, diagonal, self._bodies_factorised)
+        if self.library != "auto" or petsc() is None:
+            return self.body_solver.solver(slope, contacts, diagonal, self._bodies_factorised)
         matrix = -self.body_matrix.assemble(slope, contacts, diagonal).tocsr()
         last = self.structure.bodies
         if last is None or not _alike(matrix, last[0]):

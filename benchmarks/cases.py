@@ -217,6 +217,18 @@ def elastic_steps(count: int, steps: int) -> Row:
     return told(result) | {"step_ms": shown, "first_step_ms": 1e3 * times[0]}
 
 
+def rebounding_steps(count: int, divisions: tuple[int, int, int], steps: int) -> Row:
+    """Steps of 5 ms of a wall whose weight acts at once, with θ = ½: it rebounds, and joints open and hit."""
+    given = scene(
+        wall(count, count, brick=(1.0, 0.5, 0.5) if divisions == (2, 1, 1) else (0.5, 0.25, 0.25)),
+        mesh=MeshSettings(divisions=divisions),
+        analysis=Dynamics(step=5e-3, duration=steps * 5e-3, theta=0.5),
+    )
+    times = StepTimes()
+    result = solve_scene(check(given), observers=(times,))
+    return told(result) | {"step_s": {"mean": float(np.mean(times)), "max": max(times[1:])}}
+
+
 def pressed_wall(analysis: Statics | Dynamics, **keys: Any) -> tuple[RunResult, StepTimes]:
     """A wall of 10×10 bricks of 4×2×2 elements under its weight and, growing, 2 MPa on its top."""
     end = analysis.duration if isinstance(analysis, Dynamics) else 1.0
@@ -455,6 +467,9 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 40x40, .2 g, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8, push=0.2, friction=0.3),
     "elastic wall 10x10, 20 steps": lambda: elastic_steps(10, 20),
     "elastic wall 20x20, 20 steps": lambda: elastic_steps(20, 20),
+    "elastic wall 12x12 that rebounds": lambda: rebounding_steps(12, (2, 1, 1), 10),
+    "elastic wall 16x16 that rebounds": lambda: rebounding_steps(16, (2, 1, 1), 10),
+    "elastic wall 20x20 of 4x2x2 that rebounds": lambda: rebounding_steps(20, (4, 2, 2), 8),
     "one brick in ten yields, statics": lambda: some_that_yield(Statics(load_steps=8)),
     "bricks that turn, statics": lambda: bricks_that_turn(Statics(load_steps=8)),
     "bricks that turn, dynamics": lambda: bricks_that_turn(Dynamics(step=1e-3, duration=6e-3, theta=1.0)),

@@ -92,6 +92,8 @@ def increments(
     while following is not None:
         (scheme, until), following = following, next(schedule, None)
         number, headway.more = headway.done, following is not None
+        if scheme.inertia:
+            coupling.structure.factored = False  # what made iterations fail in a step passes
         if headway.seams:
             coupling.structure.empty()
             state = contiguous(state)

@@ -103,7 +103,7 @@ class Troubles:
             remark(
                 "inexact",
                 f"{len(self.inexact)} of {report.so_far} ended at an error of up to "
-                f"{max(self.inexact):.1e}, and no method came much nearer to the goal "
+                f"{max(self.inexact):.1e}, and the solver came no nearer to the goal "
                 f"of {settings.tolerance:g}. Up to {self.rounding:.1e} of it may be rounding, more where the "
                 "coordinates of a file are rounded. If the error is too large for you, set solver.tolerance: "
                 "the run then fails where that is not met",

@@ -109,7 +109,7 @@ class Hopeless:
     """An effort that solves no system."""
 
     @staticmethod
-    def of(count):
+    def of(count, *, rests):
         return Effort(most=1, accuracy=1e-13)
 
 

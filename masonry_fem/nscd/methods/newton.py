@@ -226,6 +226,8 @@ class NewtonRun:
         self.wanted = TARGET  # error at which it ends
         self.enough = TARGET  # error of the impulses at which it does
         self.until: float | None = None  # when it has to end
+        self.moves = not self.static.any() and problem.any(self.system.elastic)  # elastic blocks in dynamics
+        self.near = False  # they are as near to the solution as is asked for
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.rests = Resting(problem) if problem.peers is None else None  # else the leader sees to it
         if start is not None and start.impulse is not None:
@@ -257,6 +259,8 @@ class NewtonRun:
         if self._solves() >= self.settings.systems:
             return self._offer(Outcome.MAX_ITERATIONS, solves=0)
         self.wanted, self.enough = settings.tolerance, 0.5 * _share(quality) * settings.tolerance
+        if quality.error <= settings.acceptable:
+            self.near = self.moves
         if settings.time_limit is not None:
             self.until = self.begun + settings.time_limit
         before = self._solves()
@@ -574,7 +578,12 @@ class NewtonRun:
         self._watch_returns()
         self.idle = 0 if self.error < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, self.error)
-        return Outcome.STALLED if self.idle >= self.settings.patience else None
+        return Outcome.STALLED if self.idle >= self._patience else None
+
+    @property
+    def _patience(self) -> int:
+        """Rounds without progress after which it is stalled."""
+        return _NEAR_ROUNDS if self.near else self.settings.patience
 
     def _watch_returns(self) -> None:
         """Let α fall where the error of the whole comes back to the best one again and again.
@@ -629,7 +638,7 @@ class NewtonRun:
             self.round.came = self.impulse - before.impulse, rigid, here - before.slip
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
-        stuck = self.idle >= self.settings.patience and not self.escape.rounds
+        stuck = self.idle >= self._patience and not self.escape.rounds
         return Outcome.STALLED if stuck else None
 
     def _watch_crawl(self, before: _Round, last: float) -> None:
@@ -723,6 +732,9 @@ class NewtonRun:
 # lets the impulses wander that nothing determines.
 _SLOW = 0.5
 _CRAWL = 3
+# Rounds without progress after which blocks that move stay where they are, if that is near enough: impulses
+# that go round stones, and move next to nothing, change for a hundred steps.
+_NEAR_ROUNDS = 3
 _SAME = 0.05  # by how much an error may differ from the best one and be the same
 _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do

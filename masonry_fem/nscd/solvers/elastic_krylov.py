@@ -54,8 +54,9 @@ Solve = Callable[[FloatArray], FloatArray]
 # they do: its block is dense. With 300 contacts either takes as long, with 700 a wall takes a third of it.
 CONTACTS = 500
 WIDEST = 400
-# Elastic contacts from which Newton's method takes the weights and the parts of large walls, and ranks share
-# them. With 500 a tower that is pushed takes 98 steps for 42; with a million 20×20 bricks take 78 for 12.
+# Elastic contacts from which Newton's method takes the weights and the parts of large walls in statics, and
+# ranks share them. With 500 a tower that is pushed takes 98 steps for 42; with a million 20×20 bricks take 78
+# for 12. In dynamics a wall of 20×20 that rebounds takes more than a minute a step so, and 2 s without.
 MANY = 2_000
 # Residual to reach, relative to that of the preconditioner's own solution: 40×40 bricks take half as many
 # steps more with three times of it, and vaults a third longer with a third of it.
@@ -63,6 +64,9 @@ ACCURACY = 3e-3
 # The same below MANY contacts: Newton's method then takes the steps that it takes with factors. With ACCURACY
 # a wall whose head joints are open by 1e-12 m has not ended after 400 steps; so it takes 5.
 EXACT = 1e-8
+# The same of many in dynamics, whatever their number: walls that rebound take half as long again with 1e-3,
+# and as long with 1e-4 or 1e-6.
+MOVING = 1e-5
 # What of solving for the contacts of a seam interface by interface is taken back where they are solved for
 # together. With all of it rubble takes twice as many iterations in places, with half one more or two.
 SHARE = 0.75
@@ -96,8 +100,18 @@ def iterable(problem: ContactProblem, library: Library) -> bool:
     return library == "krylov" and bool(problem.operator.elastic().any())
 
 
+def at_rest(problem: ContactProblem) -> bool:
+    """True in statics: some body has no inertia.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    """
+    return bool((problem.rigid_mass <= 0).any())
+
+
 def are_many(problem: ContactProblem, library: Library) -> bool:
-    """True where contacts that iterations are worth a try for are many: Newton's method takes other ways.
+    """True where contacts that iterations are worth a try for are many.
 
     Parameters
     ----------
@@ -133,8 +147,10 @@ class Effort(NamedTuple):
     accuracy: float
 
     @classmethod
-    def of(cls, count: int) -> Self:
-        """That for a step of so many contacts that are unknowns."""
+    def of(cls, count: int, *, rests: bool = True) -> Self:
+        """That for a step of so many contacts that are unknowns, between bodies at rest or in dynamics."""
+        if not rests and count >= MANY:
+            return cls(ITERATIONS, MOVING)
         if count > FACTORED:
             return cls(BEYOND, CLOSER)
         return cls(ITERATIONS, ACCURACY if count >= MANY else EXACT)
@@ -546,7 +562,7 @@ class Preconditioned:
                 return self._product(*met)[kept].ravel() / scale
 
             operator = LinearOperator((size, size), matvec=apply, dtype=float)
-            most, accuracy = Effort.of(len(kept))
+            most, accuracy = Effort.of(len(kept), rests=at_rest(problem))
             y, failed = gmres(operator, left / scale, rtol=accuracy, restart=most, maxiter=1)
             y *= scale
             if failed and len(kept) <= FACTORED:

@@ -25,7 +25,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.products import applied, multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
-from masonry_fem.nscd.solvers.elastic_krylov import Undivided, are_many, iterable
+from masonry_fem.nscd.solvers.elastic_krylov import Undivided, are_many, at_rest, iterable
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
 from masonry_fem.nscd.structure import Structure
 
@@ -74,8 +74,8 @@ class NewtonSystem:
 
     @property
     def many(self) -> bool:
-        """True for many elastic contacts, which Newton's method goes about in other ways."""
-        return self._iterable and are_many(self.problem, self.library)
+        """True for many elastic contacts in statics, which Newton's method goes about in other ways."""
+        return self._iterable and at_rest(self.problem) and are_many(self.problem, self.library)
 
     @cached_property
     def _iterable(self) -> bool:

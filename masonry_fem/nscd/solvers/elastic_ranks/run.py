@@ -18,10 +18,10 @@ from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import COHESION, ContactProblem, Products
 from masonry_fem.nscd.residuals import Quality
-from masonry_fem.nscd.scaling import SLENDER_OF_MANY, method_scales, proximal_scale
+from masonry_fem.nscd.scaling import SLENDER, SLENDER_OF_MANY, method_scales, proximal_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.body_matrix import BodyPattern
-from masonry_fem.nscd.solvers.elastic_krylov import are_many, iterable
+from masonry_fem.nscd.solvers.elastic_krylov import are_many, at_rest, iterable
 from masonry_fem.nscd.solvers.elastic_ranks.division import Division, some, whole
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Given
 from masonry_fem.nscd.solvers.elastic_ranks.work import Offered, begin, step, take_share
@@ -123,7 +123,7 @@ class RanksRun:
         operator = problem.operator
         assert isinstance(operator, Shared)
         scale, unfolded = method_scales(problem, moving=method.moving)
-        proximal = proximal_scale(problem, scale, SLENDER_OF_MANY)
+        proximal = proximal_scale(problem, scale, SLENDER_OF_MANY if at_rest(problem) else SLENDER)
         bodies = {name: getattr(problem, name) for name in OF_BODIES}
         arrays = {name: getattr(problem, name) for name in OF_CONTACTS}
         of_contacts = {name: values for name, values in arrays.items() if values is not None}

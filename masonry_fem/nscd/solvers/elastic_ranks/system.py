@@ -14,7 +14,7 @@ from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library, Solve
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, Effort, Values
+from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, Effort, Values, at_rest
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
 from masonry_fem.nscd.solvers.elastic_ranks.portion import Portion
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
@@ -67,7 +67,7 @@ class DividedSystem(NewtonSystem):
     @property
     @override
     def many(self) -> bool:
-        return True
+        return at_rest(self.problem)
 
     @property
     @override
@@ -119,7 +119,7 @@ class DividedSystem(NewtonSystem):
         values = portion.at_seams(Values.at(terms))
         coupled = terms.coupled.data[portion.slots]
         unknown = int(problem.summed(np.array([float(len(kept))]))[0])
-        effort = Effort.of(unknown)
+        effort = Effort.of(unknown, rests=at_rest(problem))
         _agreed(lambda: portion.take(values, coupled))
 
         def solve(rhs: FloatArray) -> FloatArray:

@@ -35,8 +35,8 @@ class Troubles:
 
     Attributes
     ----------
-    missed, inexact : Errors of the steps that missed the solver's tolerance, and of those that ended where no
-        method came nearer to it.
+    missed, inexact : Errors of the steps that missed the solver's tolerance, and of those that ended where
+        the solver came no nearer to it.
     unsettled : What the joints' state still changed by, in steps in which the joint laws did not settle.
     rounding : What rounding alone may make of the errors of ``inexact``, at most.
     abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.

@@ -31,7 +31,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Contacts from which the form pays, and modes of a body up to which it does: with fewer contacts a factor of
-# all is as cheap, with more modes an iteration on all (``elastic_krylov``).
+# all is as cheap. With 54 modes iterations on all contacts (``elastic_krylov``) take a tenth of the time,
+# with 24 they fail.
 CONTACTS = 2_000
 MOST = 24
 

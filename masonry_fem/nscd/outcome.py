@@ -54,7 +54,7 @@ class Outcome(Enum):
 
 _SENTENCES = {
     Outcome.CONVERGED: "All measures of the contact problem are within the tolerance.",
-    Outcome.INEXACT: "The measures of the contact problem end above the tolerance; nothing improves them.",
+    Outcome.INEXACT: "The measures of the contact problem end above the tolerance; it came no nearer.",
     Outcome.STALLED: "The iteration no longer improves; the best state found is returned.",
     Outcome.MAX_ITERATIONS: "The iteration limit was reached before the tolerance.",
     Outcome.TIME_LIMIT: "The time limit was reached before the tolerance.",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # scenes that are only read need no NumPy
 LinearName = Literal["auto", "direct", "krylov"]
 
 TARGET = 1e-10  # the tolerance where nobody asks for one
-ACCEPTABLE = 1e-6  # error up to which a state that misses it, and that nothing improves, may be an answer
+ACCEPTABLE = 1e-6  # error up to which a state that misses it may be an answer where nobody asks for one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +33,9 @@ class SolverSettings:
     method : Name of a file of ``nscd/methods`` such as "newton", or "auto": methods that suit the problem are
         tried in turn.
     tolerance : Bound on ``Quality.error``, unit-free.
-    acceptable : Larger error that is accepted, with outcome INEXACT, if no method gets below the tolerance.
-        0: none is accepted, except of rigid blocks if rounding alone may cause it.
+    acceptable : Larger error that is accepted, with outcome INEXACT, if no method gets below the tolerance;
+        of elastic bodies in dynamics, if Newton's method comes no nearer. 0: none is accepted, except of
+        rigid blocks if rounding alone may cause it.
     max_iterations : Largest number of sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
         Only a run that is cut short by it can differ from the next one.

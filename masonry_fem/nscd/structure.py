@@ -32,7 +32,8 @@ class Structure:
     pattern : Of the matrix of bodies.
     matrix : Pattern of the last Newton matrix with elastic contacts, and its factor's order of elimination.
     factor : The last factor of such a matrix.
-    factored : An iteration in place of a factor took too long: there are factors only from then on.
+    factored : An iteration in place of a factor took too long: there are factors only from then on, in
+        dynamics to the end of the step.
     bodies : The last matrix of bodies with modes, and its factor's order of elimination.
     division : Contacts and bodies as they were dealt to ranks.
     """

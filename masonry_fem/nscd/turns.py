@@ -36,12 +36,12 @@ SWEEPS, SLIDING_SWEEPS = 1_500, 300
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps of elastic blocks from the round before, and of many of them from cold: a dome whose stones
+# Newton steps of elastic blocks in statics from the round before, and of many from cold: a dome whose stones
 # have turned a little takes 17, and the interior point and its polish six times as long; a wall of 1600
 # bricks takes 10 to 20.
 LED_STEPS = 40
 # The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, whose uppermost
-# courses slide, takes 130.
+# courses slide, takes 130, and 1600 that rebound up to 115 a step of dynamics.
 LARGE_STEPS = 200
 # Newton steps on few contacts before another turn takes over.
 NEWTON_STEPS = 120
@@ -87,8 +87,7 @@ class Case:
     @cached_property
     def many(self) -> bool:
         """True for many elastic contacts in statics, with which other turns take longer."""
-        many = self.elastic and self.static and self.problem.count >= MANY_ELASTIC
-        return many and iteration_pays(self.problem)
+        return self.static and self._iterates
 
     @property
     def sliding(self) -> bool:
@@ -98,7 +97,12 @@ class Case:
     @property
     def large(self) -> bool:
         """True for more of them than a factor would take over from."""
-        return self.many and self.problem.count > FACTORED
+        return self._iterates and self.problem.count > FACTORED
+
+    @cached_property
+    def _iterates(self) -> bool:
+        """True for many elastic contacts that iterations are worth a try for."""
+        return self.elastic and self.problem.count >= MANY_ELASTIC and iteration_pays(self.problem)
 
     @cached_property
     def static(self) -> bool:
@@ -268,12 +272,13 @@ def _moving(case: Case) -> float:
     What is left there are impulses that go round where stones meet and move next to nothing. To take that
     away takes twenty times as long as all before: 10 to 28 s for a step of 12×12 bricks that rebound.
     """
-    return ACCEPTABLE if case.elastic and not case.static else 0.0
+    moving = case.elastic and not case.static and bool(case.problem.operator.elastic().all())
+    return ACCEPTABLE if moving else 0.0
 
 
 def _first_steps(case: Case) -> int:
     """Newton steps after which another turn takes over."""
-    if case.large:
+    if case.large and case.static:
         return LARGE_STEPS
     if case.led or case.many:
         return LED_STEPS
@@ -289,7 +294,12 @@ TURNS = (
         _newton,
         _first_steps,
     ),
-    Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
+    Turn(
+        "moving newton",
+        lambda at: at.elastic and not at.static,
+        _moving_newton,
+        lambda at: LARGE_STEPS if at.large else NEWTON_STEPS,
+    ),
     # what moves, rigid blocks show at a fifth of the cost
     Turn(
         "rigid twin",

@@ -141,6 +141,19 @@ def test_a_wall_is_solved_as_by_factors(inertia):
     np.testing.assert_allclose(found.velocity, expected.velocity, atol=1e-8 * size)
 
 
+@pytest.mark.parametrize(("inertia", "most", "accuracy"), [(0.0, 50, 3e-3), (1.0, 50, 1e-5)])
+def test_dynamics_of_many_contacts_are_solved_as_those_of_few(inertia, most, accuracy, monkeypatch):
+    """Parts, weights and a search along each step are for statics; systems are solved more closely."""
+    problem = wall(**SIZE, inertia=inertia).problem(inertia=inertia)
+    monkeypatch.setattr(elastic_krylov, "MANY", problem.count)
+    still = inertia == 0
+    assert elastic_krylov.at_rest(problem) is still
+    assert NewtonSystem(problem, np.ones(problem.count), "krylov").many is still
+    assert elastic_krylov.Effort.of(problem.count, rests=still) == (most, accuracy)
+    beyond = elastic_krylov.Effort.of(10 * elastic_krylov.FACTORED, rests=still)
+    assert beyond == ((20, 1e-3) if still else (most, accuracy))
+
+
 def test_many_contacts_go_on_from_a_guess_with_the_least_weight():
     """What sticks is nearly known then, and no path of weights has to lead there again."""
     problem = wall(**SIZE).problem()

@@ -9,7 +9,7 @@ and moves the centre there, with a smaller α. The second term acts only where M
 matrix regular whatever the active set, and it shows when no equilibrium exists: then the
 unbalanced impulse stays from round to round, whatever ε, and U grows along the mechanism.
 
-If the line search makes a step of many elastic contacts very short, slip is damped, too, by
+If the line search makes a step of many elastic contacts in statics very short, slip is damped, too, by
 F_T + κ ρ (v_T − v_T,k) at contacts that slide; κ falls with each round that converges, and rises if one does
 not. After each such step the bodies with the largest residuals are solved for separately, as a smaller
 contact problem (``part``); in large problems also after each step that goes on from a first guess. A large
@@ -69,16 +69,18 @@ class ProximalNewton:
     Attributes
     ----------
     weight : First α, relative to each contact's scale w; None: by the kind of problem, and the least where
-        many elastic contacts go on from a first guess.
+        many elastic contacts go on from a first guess in statics.
     decrease : Factor on α after each round; None: by the kind of problem.
     adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
         near a solution at the limit of friction everywhere, where a fixed path of α cycles.
     accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     full_steps : Newton steps of a round without line search: the active set settles in few full
-        steps, through larger residuals. None: 5; 0 for many elastic contacts, which never settle so.
+        steps, through larger residuals. None: 5; 0 for many elastic contacts in statics, which never settle
+        so.
     round_steps : Newton steps after which a round is given up.
-    patience : Rounds without progress after which it is stalled.
+    patience : Rounds without progress after which it is stalled; sooner where elastic blocks in dynamics are
+        near enough to the solution.
     grip : κ of slip that is held from the start, as in a part of a problem; 0: it is held where a step comes
         out too short, and what is far from settled then comes to rest by itself after each step.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
@@ -226,7 +228,8 @@ class NewtonRun:
         self.wanted = TARGET  # error at which it ends
         self.enough = TARGET  # error of the impulses at which it does
         self.until: float | None = None  # when it has to end
-        self.moves = not self.static.any() and problem.any(self.system.elastic)  # elastic blocks in dynamics
+        moving = not self.static.any() and self._deformable()
+        self.moves = moving and problem.any(problem.rigid_map)  # elastic blocks, not all of them clamped
         self.near = False  # they are as near to the solution as is asked for
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.rests = Resting(problem) if problem.peers is None else None  # else the leader sees to it
@@ -578,7 +581,7 @@ class NewtonRun:
         self._watch_returns()
         self.idle = 0 if self.error < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, self.error)
-        return Outcome.STALLED if self.idle >= self._patience else None
+        return Outcome.STALLED if self.idle >= self.settings.patience else None
 
     @property
     def _patience(self) -> int:
@@ -693,7 +696,7 @@ class NewtonRun:
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
         self.round = self._new_round()
         self.idle += 1
-        return Outcome.STALLED if self.idle >= self.settings.patience else None
+        return Outcome.STALLED if self.idle >= self._patience else None
 
     def _rebounds(self, residual: float) -> bool:
         """True where slip goes too far: its first step may raise the residual, the next ones lower it."""

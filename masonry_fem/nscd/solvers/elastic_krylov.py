@@ -80,7 +80,7 @@ FELT = 1e-5
 # Entries of matrices that are made at a time. All at once 100×100 bricks take 4.10 GB for 3.84, and 39 s to
 # solve for 37; 40×40 take as long with any number from 2**14 on.
 AT_ONCE = 2**20
-# Contacts up to which a factor takes over then. Beyond, a step is taken as it is after fewer iterations, and
+# Contacts up to which a factor takes over then. Beyond, a step is taken as it is, in statics after fewer, and
 # the line search judges it: where stones lie loosely it becomes too short, and fifty leave no less to do than
 # twenty. The residual to reach is smaller: with ACCURACY two of 13 runs of 100×100 bricks, which differ in
 # rounding, throw stones at one step or another and take 40 and 52 s for 33; all take 30 s so.
@@ -147,7 +147,7 @@ class Effort(NamedTuple):
     accuracy: float
 
     @classmethod
-    def of(cls, count: int, *, rests: bool = True) -> Self:
+    def of(cls, count: int, *, rests: bool) -> Self:
         """That for a step of so many contacts that are unknowns, between bodies at rest or in dynamics."""
         if not rests and count >= MANY:
             return cls(ITERATIONS, MOVING)

@@ -159,9 +159,7 @@ class NewtonSystem:
                 try:
                     return quick(rhs)
                 except StagnationError as failure:
-                    logger.info(
-                        "iteration of a Newton step failed (%s); there are factors from now on", failure
-                    )
+                    logger.info("iteration of a Newton step failed (%s); factors follow", failure)
                     self.structure.factored = True
                     matrix = ElasticMatrix(self.problem, kept, terms.coupled)
                     factor = matrix.factorise(self.problem, terms, "direct")

@@ -99,7 +99,7 @@ class RanksRun:
         try:
             made = self._leader.call(step, [asked] * self._leader.size)
         except StagnationError as failure:
-            logger.info("iteration of a Newton step failed (%s); there are factors from now on", failure)
+            logger.info("iteration of a Newton step failed (%s); factors follow", failure)
             self._structure.factored = True
             self._alone = self._method.init(replace(self.problem, structure=self._structure), self._start)
             return self._alone.guess()

@@ -41,7 +41,7 @@ from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import SLENDER, SLENDER_OF_MANY, method_scales, proximal_scale
 from masonry_fem.nscd.settings import TARGET, SolverSettings, Start
 from masonry_fem.nscd.solvers.centre import inside
-from masonry_fem.nscd.solvers.elastic_krylov import FACTORED
+from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS, FACTORED
 from masonry_fem.nscd.solvers.elastic_ranks import on_ranks
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
@@ -228,7 +228,7 @@ class NewtonRun:
         self.wanted = TARGET  # error at which it ends
         self.enough = TARGET  # error of the impulses at which it does
         self.until: float | None = None  # when it has to end
-        moving = not self.static.any() and self._deformable()
+        moving = not self.static.any() and problem.whole_count >= CONTACTS and self._deformable()
         self.moves = moving and problem.any(problem.rigid_map)  # elastic blocks, not all of them clamped
         self.near = False  # they are as near to the solution as is asked for
         self.best, self.idle, self.crawling = np.inf, 0, 0

@@ -327,13 +327,7 @@ TURNS = (
         "best",
         above=_moving,
     ),
-    Turn(
-        "searching newton",
-        lambda at: at.open and at.few and at.elastic,
-        _searching_newton,
-        NEWTON_STEPS,
-        above=_moving,
-    ),
+    Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     Turn(
         "newton from held impulses",
         lambda at: at.static and at.open and not (at.rigid or at.led or at.problem.cohesive),
@@ -357,14 +351,7 @@ TURNS = (
         "cold",
         above=_moving,
     ),
-    Turn(
-        "firm newton",
-        lambda at: at.open and at.few and not at.plain,
-        _firm_newton,
-        NEWTON_STEPS,
-        "cold",
-        above=_moving,
-    ),
+    Turn("firm newton", lambda at: at.open and at.few and not at.plain, _firm_newton, NEWTON_STEPS, "cold"),
     Turn("path", lambda at: at.open and not at.plain and at.followable, _path, origin="best", above=NEAR),
     Turn(
         "patient newton",

@@ -51,7 +51,7 @@ def moved(made):
 
 
 def test_a_step_takes_few_newton_steps():
-    """Steps 9, 12 and 16 took 250 to 400 of them; energy and forces balance to rounding all the same."""
+    """One took 237 of them; energy and forces balance to rounding all the same."""
     made, steps = rebounding()
     assert made.outcome == "finished"
     assert max(step.iterations for step in steps) <= 60

@@ -60,6 +60,21 @@ def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
     return turned.reshape(*arms.shape[:-1], turned.shape[-1])
 
 
+def resultants(arms: FloatArray, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sums of n forces on each of b blocks, (b, d) [N], and of their moments, (b, 1 or 3) [N m].
+
+    Parameters
+    ----------
+    arms : From the centre to where the forces act, shape (n, d), or (b, n, d) [m].
+    forces : Forces, shape (b, n, d) [N].
+    """
+    products = arms.swapaxes(-2, -1) @ forces
+    turning = products - products.swapaxes(1, 2)
+    # x_i f_j − x_j f_i of the axes (i, j) in whose plane a moment turns
+    first, second = ([0], [1]) if forces.shape[2] == 2 else ([1, 2, 0], [2, 0, 1])
+    return np.ones(forces.shape[1]) @ forces, turning[:, first, second]
+
+
 def exponential(vectors: FloatArray) -> FloatArray:
     """Rotation matrices of rotation vectors (Rodrigues), (..., d, d) for (..., 1 or 3) [rad]."""
     rotation: FloatArray = np.eye(2 if vectors.shape[-1] == 1 else 3) + change(vectors)

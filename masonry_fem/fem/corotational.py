@@ -45,6 +45,7 @@ from masonry_fem.bodies.rotation import (
     first_order,
     lever,
     moment,
+    resultants,
     settled_spin,
     turned_by,
 )
@@ -176,8 +177,7 @@ class CorotationalGroup(Deformable[TurningState]):
     def following(self, force: FloatArray, state: TurningState) -> FloatArray:
         """Nodal forces (b, n) of the reference with their directions turned with the frames."""
         nodal = force.reshape(self.count, -1, self.dimension)
-        turned: FloatArray = np.einsum("bij,bnj->bni", state.rotation, nodal).reshape(force.shape)
-        return turned
+        return (nodal @ state.rotation.swapaxes(1, 2)).reshape(force.shape)
 
     def rest(self) -> TurningState:
         """Undeformed, in place, at rest."""
@@ -194,8 +194,7 @@ class CorotationalGroup(Deformable[TurningState]):
     def _own(self, state: TurningState, world: FloatArray) -> FloatArray:
         """Nodal vectors (b, n) along the shape's axes seen from the frames."""
         nodal = world.reshape(self.count, -1, self.dimension)
-        seen: FloatArray = np.einsum("bji,bnj->bni", state.rotation, nodal).reshape(world.shape)
-        return seen
+        return (nodal @ state.rotation).reshape(world.shape)
 
     def _arms(self, state: TurningState) -> FloatArray:
         """Nodes from the centre of the frame, its axes, shape (b, nodes, d) [m]."""
@@ -259,9 +258,9 @@ class CorotationalGroup(Deformable[TurningState]):
     def generalised(self, at: TurningState, force: FloatArray) -> FloatArray:
         """Work of nodal forces (b, n) by unit U, with the blocks as in ``at``, shape (b, m)."""
         shifts, spins = self.per_unit
-        total = force.reshape(self.count, -1, self.dimension).sum(axis=1)
-        seen = self._own(at, force).reshape(self.count, -1, self.dimension)
-        moments = moment(self._arms(at), seen).sum(axis=1)
+        nodal = force.reshape(self.count, -1, self.dimension)
+        total = np.ones(nodal.shape[1]) @ nodal
+        _, moments = resultants(self._arms(at), nodal @ at.rotation)
         return np.concatenate([shifts * total, moments @ spins], axis=1)
 
     def _coasting(self, state: TurningState, scheme: Scheme) -> FloatArray:
@@ -316,8 +315,7 @@ class CorotationalGroup(Deformable[TurningState]):
         if state is None:
             return super().resultant(force)
         acting = self._turned(force.reshape(self.count, -1, self.dimension))
-        moments = moment(self.positions(state).reshape(acting.shape), acting).sum(axis=1)
-        return np.concatenate([acting.sum(axis=1), moments], axis=1)
+        return np.concatenate(resultants(self.positions(state).reshape(acting.shape), acting), axis=1)
 
     def imbalance(
         self, state: TurningState, at: TurningState, after: TurningState, force: FloatArray,
@@ -397,9 +395,9 @@ class CorotationalGroup(Deformable[TurningState]):
         coasting, at = self._coasting(state, scheme), state if inertia else after
         rigid = (1 - theta) * state.rigid_velocity + theta * after.rigid_velocity
         bending = (1 - theta) * state.velocity + theta * after.velocity
-        straight = h * (dot(self.generalised(at, force), rigid) + dot(self._own(at, force), bending))
-        way = self._moved(after) - self._moved(state)
-        external = dot(force, way.reshape(force.shape))
+        generalised, ends = self.generalised(at, force), (self._moved(state), self._moved(after))
+        straight = h * (dot(generalised, rigid) + dot(self._own(at, force), bending))
+        external = dot(force, (ends[1] - ends[0]).reshape(force.shape))
         numerical, lost = self.constitution.lost(state, after, theta)
         damping = np.zeros(self.count)
         if inertia:
@@ -411,9 +409,9 @@ class CorotationalGroup(Deformable[TurningState]):
             damping = alpha * (dot(rigid, damped) + dot(times(bending, own.mass), bending))
             damping += beta * dot(times(bending, own.stiffness), bending)
         support, heat = np.zeros(self.count), self.constitution.heat(state, after, theta)
-        gone = abs(self._moved(after)) + abs(self._moved(state))
-        loaded = dot(abs(force), gone.reshape(force.shape))
-        loaded += h * (dot(abs(self.generalised(at, force)), abs(rigid)) + dot(abs(force), abs(bending)))
+        gone = (abs(ends[0]) + abs(ends[1])).reshape(force.shape)
+        loaded = dot(abs(force), gone)
+        loaded += h * (dot(abs(generalised), abs(rigid)) + dot(abs(force), abs(bending)))
         summed = loaded + products(own, self.constitution, state, after, inertia)
         return StepEnergy(
             external, support, inertia * h * damping, numerical + external - straight, lost, heat, summed
@@ -429,9 +427,9 @@ class CorotationalGroup(Deformable[TurningState]):
     def _moved(self, state: TurningState) -> FloatArray:
         """Displacements of the nodes along the shape's axes, shape (b, nodes, d) [m]."""
         arms = self.mesh.points - self.modes.centroid
-        turned = np.einsum("bij,nj->bni", state.turned, arms)
+        turned = arms @ state.turned.swapaxes(1, 2)
         bent = state.displacement.reshape(turned.shape)
-        moved: FloatArray = state.shift[:, None] + turned + np.einsum("bij,bnj->bni", state.rotation, bent)
+        moved: FloatArray = state.shift[:, None] + turned + bent @ state.rotation.swapaxes(1, 2)
         return moved
 
     def _moving(self, state: TurningState, place: TurningState) -> FloatArray:
@@ -441,8 +439,7 @@ class CorotationalGroup(Deformable[TurningState]):
         rates = np.einsum("bnij,bj->bni", lever(self._arms(place)), spin)
         rates += state.velocity.reshape(rates.shape)
         moving: FloatArray = shifts * state.rigid_velocity[:, None, :d]
-        moving = moving + np.einsum("bij,bnj->bni", place.rotation, rates)
-        return moving
+        return moving + rates @ place.rotation.swapaxes(1, 2)
 
     def motion(self, state: TurningState) -> tuple[FloatArray, FloatArray]:
         """The motions x = R X + t of the frames, (b, d, d) and (b, d) [m]."""

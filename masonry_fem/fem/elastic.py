@@ -33,7 +33,7 @@ from masonry_fem.bodies.base import (
     StepEnergy,
     StressField,
 )
-from masonry_fem.bodies.rotation import first_order, moment
+from masonry_fem.bodies.rotation import first_order, resultants
 from masonry_fem.bodies.support import Motion
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import SmallAttachment
@@ -304,8 +304,8 @@ class ElasticGroup(Deformable[ElasticState]):
             clamps[:, held] = given[:, held] / scheme.step
         taken = self.balance.inertia(state, after, scheme) / scheme.step if scheme.inertia else clamps * 0.0
         load, d = self.resultant(force), self.dimension
-        acting = np.einsum("bij,bnj->bni", self.rotation, (force + clamps).reshape(self.count, -1, d))
-        moved = moment(self.positions(after).reshape(acting.shape), acting).sum(axis=1)
+        acting = self._turned((force + clamps).reshape(self.count, -1, d))
+        moved = resultants(self.positions(after).reshape(acting.shape), acting)[1]
         centre = self.rotation @ self.modes.centroid + self.translation
         sizes = np.linalg.norm(clamps.reshape(acting.shape), axis=2).sum(axis=1)
         # clamps of a stone that is free to expand give rounding of what would hold it
@@ -350,7 +350,7 @@ class ElasticGroup(Deformable[ElasticState]):
         start = self.places.reshape(moved.shape)
         now, middle = start + moved, start.mean(axis=1)
         reached = now.mean(axis=1)
-        spread = np.einsum("bni,bnj->bij", now - reached[:, None], start - middle[:, None])
+        spread = (now - reached[:, None]).swapaxes(1, 2) @ (start - middle[:, None])
         left, _, right = np.linalg.svd(spread)
         left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
         turn = left @ right

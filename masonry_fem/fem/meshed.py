@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray, IntArray
-from masonry_fem.bodies.rotation import moment
+from masonry_fem.bodies.rotation import moment, resultants
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Memory
 from masonry_fem.fem.locate import in_cells
@@ -150,8 +150,8 @@ class Meshed[S](ABC):
     def resultant(self, force: FloatArray, state: S | None = None) -> FloatArray:
         """Force and moment about the world origin in the reference, whatever the state, (b, m) [N, N m]."""
         nodal = force.reshape(len(force), -1, self.dimension)
-        own = moment(np.broadcast_to(self.mesh.points, nodal.shape), nodal).sum(axis=1)
-        total = np.einsum("bij,bj->bi", self.rotation, nodal.sum(axis=1))
+        given, own = resultants(self.mesh.points, nodal)
+        total = np.einsum("bij,bj->bi", self.rotation, given)
         turned = own if self.dimension == 2 else np.einsum("bij,bj->bi", self.rotation, own)
         return np.concatenate([total, turned + moment(self.translation, total)], axis=1)
 
@@ -210,7 +210,7 @@ class Meshed[S](ABC):
     @property
     def places(self) -> FloatArray:
         """Nodes of all blocks in the reference, block after block, world axes, shape (b · nodes, d) [m]."""
-        turned = np.einsum("bij,nj->bni", self.rotation, self.mesh.points)
+        turned = self.mesh.points @ self.rotation.swapaxes(1, 2)
         places: FloatArray = (turned + self.translation[:, None]).reshape(-1, self.dimension)
         return places
 
@@ -230,5 +230,4 @@ class Meshed[S](ABC):
 
     def _turned(self, local: FloatArray) -> FloatArray:
         """Vectors (b, nodes, d) from shape axes to world axes."""
-        world: FloatArray = np.einsum("bij,bnj->bni", self.rotation, local)
-        return world
+        return local @ self.rotation.swapaxes(1, 2)

@@ -179,6 +179,8 @@ class Coupling:
         share = np.clip(2.0 - apart / (TOGETHER * self.model.length), 0.0, 1.0)
         share[apart <= ROUNDING * np.abs(here.points).max(initial=0.0)] = 0.0
         share[self.model.contacts.tied] = 0.0
+        if not share.any():
+            return here
         return replace(here, arms=here.arms + (share[:, None] * to_first)[:, None])
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:

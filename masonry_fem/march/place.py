@@ -7,7 +7,7 @@ turning(coupling, there, ..., place)                      # what the way there l
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -51,27 +51,19 @@ class Forecast:
     near: bool = True
 
 
-def begun(coupling: Coupling, bodies: tuple[Any, ...]) -> Place:
+def begun(coupling: Coupling, bodies: tuple[Any, ...], *, gathered: bool = False) -> Place:
     """Where a step begins.
 
     Parameters
     ----------
     coupling : Body groups at their contacts.
     bodies : Body states at the start, one a group.
+    gathered : Contacts of one point of the reference act at one, as befits steps in time; see ``Coupling``.
     """
     here = coupling.placement(bodies)
+    if gathered:
+        here = coupling.gathered(here)
     return Place(bodies, here, coupling.rigid_map(bodies, here), np.zeros_like(here.points))
-
-
-def gathered(coupling: Coupling, place: Place) -> Place:
-    """The same place with contacts of one point of the reference acting at one, see ``Coupling``.
-
-    Parameters
-    ----------
-    coupling : Body groups at their contacts. place : Where a step in time begins.
-    """
-    contact = coupling.gathered(place.contact)
-    return replace(place, contact=contact, rigid_map=coupling.rigid_map(place.bodies, contact))
 
 
 def reached(coupling: Coupling, start: Place, bodies: tuple[Any, ...], h: float) -> Place:

@@ -21,7 +21,7 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import ROUNDING, contact_status, shifted_jump
 from masonry_fem.march.coupling import Coupling, Placement
 from masonry_fem.march.model import Model
-from masonry_fem.march.place import Place, begun, gathered, relative_velocity
+from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.snapping import snapped
 from masonry_fem.march.state import STICK, SystemState, TrendState
@@ -178,9 +178,7 @@ def _rounds(
 ) -> Rounds:
     """The rounds of a step that ends at a time [s], a load factor, or a share of the control's distance."""
     kind = Rounds if model.control is None else SteeredRounds
-    start = begun(coupling, state.bodies)
-    if scheme.inertia:
-        start = gathered(coupling, start)
+    start = begun(coupling, state.bodies, gathered=bool(scheme.inertia))
     return kind(model, coupling, state, scheme, settings, end, clock, start)
 
 

@@ -60,11 +60,15 @@ class Operator(ABC):
     def diagonal(self) -> FloatArray:
         """Each contact's own block, shape (c, d, d) [1/kg]."""
 
+    def giving(self) -> FloatArray:
+        """How each contact gives way under its impulse as blocks deform: its own block, (c, d, d) [1/kg]."""
+        return self.diagonal()
+
     def norms(self) -> FloatArray:
-        """‖block‖₂ of each contact's own block, shape (c,) [1/kg]."""
+        """‖block‖₂ of each contact by which it gives way, shape (c,) [1/kg]."""
         from masonry_fem.nscd.contact_measures import spectral_norms  # noqa: PLC0415 - Numba is slow to import
 
-        found: FloatArray = spectral_norms(np.ascontiguousarray(self.diagonal()))
+        found: FloatArray = spectral_norms(np.ascontiguousarray(self.giving()))
         return found
 
     @abstractmethod
@@ -306,7 +310,7 @@ class Shared(Operator):
         return self._diagonal.copy()
 
     def norms(self) -> FloatArray:
-        """‖block‖₂ of each contact's own block, shape (c,) [1/kg]."""
+        """‖block‖₂ of each contact by which it gives way, shape (c,) [1/kg]."""
         if self._norms is None:
             self._norms = super().norms()
         return self._norms.copy()

@@ -19,7 +19,6 @@ from typing import override
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.iterate import Iterate, Run
@@ -84,6 +83,35 @@ class Modal(Shared):
         return Modal(both.count, both.dimension, both.kinds, self.symmetric, self.modes, both.bed)
 
 
+class Bed(Shared):
+    """What contacts give way by themselves, beside bodies whose modes are among their velocities.
+
+    Parameters
+    ----------
+    bed : Diagonal of D, all of it above 0, shape (c, d) [1/kg].
+    giving : Blocks by which contacts give way with the modes, shape (c, d, d). norms : Of these, shape (c,).
+    """
+
+    def __init__(self, bed: FloatArray, giving: FloatArray, norms: FloatArray) -> None:
+        super().__init__(*bed.shape, (), bed=bed)
+        self._giving, self._norms = giving, norms
+
+    @property
+    @override
+    def nnz(self) -> int:
+        return 0 if self.bed is None else self.bed.size
+
+    @override
+    def giving(self) -> FloatArray:
+        return self._giving.copy()
+
+    @override
+    def only(self, contacts: IntArray) -> Bed:
+        assert self.bed is not None
+        assert self._norms is not None
+        return Bed(self.bed[contacts], self._giving[contacts], self._norms[contacts])
+
+
 def modal_form(problem: ContactProblem) -> ContactProblem | None:
     """The problem with the modes among the velocities of its bodies; None where it has no such form or need.
 
@@ -98,14 +126,10 @@ def modal_form(problem: ContactProblem) -> ContactProblem | None:
         return None
     if compliance.modes.mass.shape[1] > MOST or not compliance.bed.all():
         return None
-    c, d = compliance.bed.shape
-    own = np.zeros((c, d, d))
-    own[:, np.arange(d), np.arange(d)] = compliance.bed
-    bed = sparse.bsr_array((own, np.arange(c), np.arange(c + 1)), shape=(c * d, c * d), blocksize=(d, d))
     modes, still = compliance.modes, np.zeros_like(compliance.modes.mass)
     return replace(
         problem,
-        compliance=bed,
+        compliance=Bed(compliance.bed, compliance.diagonal(), compliance.norms()),
         rigid_map=np.concatenate([problem.rigid_map, modes.maps], axis=3),
         rigid_mass=np.concatenate([problem.rigid_mass, modes.mass], axis=1),
         rigid_impulse=np.concatenate([problem.rigid_impulse, still], axis=1),

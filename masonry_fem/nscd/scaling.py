@@ -31,9 +31,8 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     """
     alone = problem.rigid and problem.body_count > 0
     folds = fold and problem.cohesion_stiffness is not None
-    known = not (alone or folds or _modal(problem))  # norms of W_el's own blocks are kept
-    own = None if known else rigid_diagonal(problem) if alone else _deforming(problem)
-    scale = problem.operator.norms() if own is None else _norm(own)
+    own = rigid_diagonal(problem) if alone else problem.operator.giving() if folds else None
+    scale = problem.operator.norms() if own is None else _norm(own)  # norms are kept
     stiff = scale <= 0
     if not alone and stiff.any() and problem.body_count:
         rigid = rigid_diagonal(problem)[stiff]
@@ -138,23 +137,6 @@ def rigid_diagonal(problem: ContactProblem) -> FloatArray:
 
     blocks: FloatArray = rigid_blocks(problem.bodies, problem.rigid_map, problem.rigid_mass)
     return blocks
-
-
-def _deforming(problem: ContactProblem) -> FloatArray:
-    """Diagonal blocks of W_el, modes among the velocities of bodies included, shape (c, d, d) [1/kg]."""
-    from masonry_fem.nscd.transfer import rigid_blocks  # noqa: PLC0415 - Numba is slow to import
-
-    own, rigid = problem.operator.diagonal(), 3 if problem.dimension == 2 else 6
-    if not _modal(problem):
-        return own
-    maps, mass = (np.ascontiguousarray(part[..., rigid:]) for part in (problem.rigid_map, problem.rigid_mass))
-    deforming: FloatArray = own + rigid_blocks(problem.bodies, maps, mass)
-    return deforming
-
-
-def _modal(problem: ContactProblem) -> bool:
-    """Whether bodies have modes in which they deform."""
-    return bool(problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6))
 
 
 def _norm(blocks: FloatArray) -> FloatArray:

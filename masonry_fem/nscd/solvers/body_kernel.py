@@ -28,7 +28,7 @@ def couple(
     blocks : What is added to, shape (n, m, m).
     """
     d, m = maps.shape[2], maps.shape[3]
-    moved = np.empty((d, m))
+    moved = np.zeros((3, m))  # S map_other; its last row stays 0 in 2D
     for number in range(len(contacts)):
         contact = contacts[number]
         for other in range(2):
@@ -38,21 +38,21 @@ def couple(
             for one in range(2):
                 if bodies[contact, one] < 0:
                     continue
-                slot = slots[contact, one, other]
-                for a in range(m):
-                    for i in range(d):
-                        left = maps[contact, one, i, a]
-                        if left != 0.0:
-                            for b in range(m):
-                                blocks[slot, a, b] += left * moved[i, b]
+                block, left = blocks[slots[contact, one, other]], maps[contact, one]
+                for a in range(m):  # three rows at once: what is added to is read once
+                    x, y, z = left[0, a], left[1, a], left[d - 1, a]
+                    for b in range(m):
+                        block[a, b] += x * moved[0, b] + y * moved[1, b] + z * moved[2, b]
 
 
 @compiled(inline="always")
 def _product(one: FloatArray, other: FloatArray, found: FloatArray) -> None:
-    """Put the product of two matrices into ``found``."""
-    for i in range(found.shape[0]):
+    """Put the product of two matrices into the first rows of ``found``."""
+    for i in range(one.shape[0]):
+        first = one[i, 0]
         for b in range(found.shape[1]):
-            total = 0.0
-            for j in range(one.shape[1]):
-                total += one[i, j] * other[j, b]
-            found[i, b] = total
+            found[i, b] = first * other[0, b]
+        for j in range(1, one.shape[1]):
+            factor = one[i, j]
+            for b in range(found.shape[1]):
+                found[i, b] += factor * other[j, b]

@@ -197,9 +197,27 @@ def rules_of(scene: specs.Scene, stones: Stones, interfaces: Interfaces, chosen:
     meshed = np.array([shape.mesh is not None for shape in assembly.shapes], dtype=bool)
     of_block = meshed[assembly.blocks.shape]
     either = of_block[interfaces.blocks].any(axis=1)
-    kinds = list(zip(chosen, either.tolist(), strict=True))
-    made = {kind: _rule(scene.joints[kind[0]], kind[1]) for kind in dict.fromkeys(kinds)}
+    names, wanted = _wanted(scene, stones)
+    sides = np.where(of_block, wanted, -1)[interfaces.blocks]
+    sides = np.where(sides < 0, sides[:, ::-1], sides)  # a rigid side goes along
+    usual = np.where(sides[:, 0] == sides[:, 1], sides[:, 0], -1)
+    kinds = list(zip(chosen, either.tolist(), usual.tolist(), strict=True))
+    made = {
+        kind: _rule(scene.joints[kind[0]], kind[1], names[kind[2]] if kind[2] >= 0 else "auto")
+        for kind in dict.fromkeys(kinds)
+    }
     return list(map(made.__getitem__, kinds))
+
+
+def _wanted(scene: specs.Scene, stones: Stones) -> tuple[list[str], np.ndarray]:
+    """Placement rules that stones would have where the scene names none, and the number of each, (b,)."""
+    pairs = list(zip(stones.fidelity, stones.material, strict=True))
+    own = {
+        (name, material): "auto" if name is None else fidelity(name).placement(scene.materials[material])
+        for name, material in dict.fromkeys(pairs)
+    }
+    number = {rule: at for at, rule in enumerate(dict.fromkeys(own.values()))}
+    return list(number), np.fromiter((number[own[pair]] for pair in pairs), np.int64)
 
 
 def joints_at(
@@ -249,9 +267,9 @@ def skins(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray 
     return given_way
 
 
-def _rule(joint: specs.Joint, meshed: bool) -> Rule:
-    """The placement rule of interfaces of which some side is meshed, or none."""
-    name = joint.placement or "auto"
+def _rule(joint: specs.Joint, meshed: bool, usual: str) -> Rule:
+    """The placement rule of interfaces with a meshed side or none: the usual one where none is named."""
+    name = joint.placement or usual
     if name == "nodes" and not meshed:
         name = "corners"  # a rigid pair of a scene whose elastic joints use nodes
     return Rule(name=name, inset=joint.inset, density=joint.density)

@@ -79,6 +79,11 @@ class Fidelity:
         return 0.0
 
     @classmethod
+    def placement(cls, material: Material) -> str:
+        """The rule that places contact points between its stones where the scene names none."""
+        return "auto"
+
+    @classmethod
     def load(cls) -> None:
         """Import what ``groups`` needs; raise InstallationError if a library is missing."""
 

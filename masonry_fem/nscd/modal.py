@@ -93,7 +93,8 @@ class Bed(Shared):
     """
 
     def __init__(self, bed: FloatArray, giving: FloatArray, norms: FloatArray) -> None:
-        super().__init__(*bed.shape, (), bed=bed)
+        count, dimension = bed.shape
+        super().__init__(count, dimension, (), bed=bed)
         self._giving, self._norms = giving, norms
 
     @property

@@ -44,9 +44,11 @@ class Joint(Spec, frozen=True, kw_only=True):
     form : ``gap`` demands that blocks do not penetrate at the end of a step; ``velocity`` is an impact law
     placement : where the contact points lie: at the ``nodes`` of the finer mesh, at the ``corners`` of the
         common face, or at its ``gauss`` points; ``weighted`` has a mean for each node of the finer mesh, and
-        is exact between any two meshes. By default (``auto``) it is ``nodes`` where that is exact, else
-        ``weighted``, and ``corners`` between rigid blocks
-    inset : for ``corners``: the points lie at this share of the half-thickness, 1 being the edge
+        is exact between any two meshes; ``navier`` takes faces as plane, with contacts at corners and
+        centroid. By default (``auto``) it is ``nodes`` where that is exact, else ``weighted``, and
+        ``corners`` between rigid blocks; reduced stones of degree 1 and 2 have ``navier``
+    inset : for ``corners`` and ``navier``: the corners' points lie at this share of the half-thickness, 1
+        being the edge
     density : for ``gauss``: number of subdivisions of the face
     interface : pattern of the joint's label: ``bed``, ``head``, ``radial``, a file's surface group
     between : selectors of the two blocks, in either order

@@ -69,8 +69,8 @@ def joint_doubts(joint: Joint, place: str) -> Iterator[str]:
 
 def _placement_doubts(joint: Joint, place: str) -> Iterator[str]:
     """Keys that another placement has."""
-    if joint.inset != 1 and joint.placement not in (None, "corners"):
-        yield f"{place}.inset belongs to placement 'corners', not '{joint.placement}'"
+    if joint.inset != 1 and joint.placement not in (None, "corners", "navier"):
+        yield f"{place}.inset belongs to placements 'corners' and 'navier', not '{joint.placement}'"
     if joint.density != 1 and joint.placement != "gauss":
         yield f"{place}.density belongs to placement 'gauss', not '{joint.placement}'"
 

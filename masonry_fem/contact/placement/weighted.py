@@ -123,7 +123,7 @@ def _of_side(pieces: Pieces, finer: int, numbers: IntArray) -> dict[int, Spots]:
     area = np.bincount(contact.ravel(), share.ravel())
     start, end = (np.searchsorted(joint, numbers, side) for side in ("left", "right"))
     of_joint = pieces.joint[pieces.on]
-    row, node, weight = _means(pieces, of, area, share)
+    row, node, weight = means_of(pieces, of, share / area[contact])
     row -= 2 * (start[np.searchsorted(numbers, of_joint)])[:, None]
 
     def mean(values: FloatArray) -> FloatArray:
@@ -152,24 +152,20 @@ def _of_side(pieces: Pieces, finer: int, numbers: IntArray) -> dict[int, Spots]:
     return spots
 
 
-def _means(
-    pieces: Pieces, contact: IntArray, area: FloatArray, share: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
+def means_of(pieces: Pieces, contact: IntArray, share: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
     """How meshed sides carry contacts: rows, nodes and weights of ``Means``, piece by piece, (m, w) each.
 
     Parameters
     ----------
     pieces : Of the joints.
-    contact : That of each vertex of the facet of each piece, shape (m, v).
-    area : Of the contacts, shape (c,).
-    share : Of each vertex at the points, shape (q, v).
+    contact : Those that each piece is a part of, shape (m, v).
+    share : Of these in the points' weights, which sums to one over the points of a contact, shape (q, v).
     """
     found: list[tuple[IntArray, IntArray, FloatArray]] = []
     for side in (0, 1):
         cover = pieces.covers[side]
         if cover is not None:
             product = np.add.reduceat(share[:, :, None] * pieces.functions(side)[:, None], pieces.first)
-            product /= area[contact, None]
             shape = product.shape
             nodes = cover.node[cover.rows[pieces.facets[:, side]]]
             row = np.broadcast_to(2 * contact[:, :, None] + side, shape)

@@ -18,7 +18,7 @@ class Rule:
     Attributes
     ----------
     name : Name of a file in ``contact/placement``, such as ``corners``.
-    inset : Of ``corners``: distance of the points from the centroid over that of the corners,
+    inset : Of ``corners`` and ``navier``: distance of the points from the centroid over that of the corners,
         above 0 and at most 1.
     density : Of ``gauss``: subdivisions along each edge of the face where neither block is meshed.
     """

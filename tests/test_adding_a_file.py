@@ -164,7 +164,7 @@ ROOMS = {
     "placement": Room(
         "masonry_fem.contact.placement", "add_a_part", "halfway",
         STACK + 'joints = [{ friction = 0.6, placement = "halfway" }]',
-        '"gauss", "halfway", "nodes"',
+        '"gauss", "halfway", "navier", "nodes"',
         "contact/test_placement.py::test_areas_and_first_moments", "masonry_fem.contact.placement:points_of",
         (("", r"FILE has no function points, expected one that places.*; write def points\(patch: Patch, "),),
     ),

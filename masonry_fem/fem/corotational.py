@@ -406,8 +406,10 @@ class CorotationalGroup(Deformable[TurningState]):
             numerical -= inertia * dot(rigid, coasting - state.rigid_velocity)
             damped = (1 - theta) * coasting + theta * after.rigid_velocity
             alpha, beta = own.material.mass_damping, own.material.stiffness_damping
-            damping = alpha * (dot(rigid, damped) + dot(times(bending, own.mass), bending))
-            damping += beta * dot(times(bending, own.stiffness), bending)
+            if alpha:
+                damping += alpha * (dot(rigid, damped) + dot(times(bending, own.mass), bending))
+            if beta:
+                damping += beta * dot(times(bending, own.stiffness), bending)
         support, heat = np.zeros(self.count), self.constitution.heat(state, after, theta)
         gone = (abs(ends[0]) + abs(ends[1])).reshape(force.shape)
         loaded = dot(abs(force), gone)

@@ -5,6 +5,7 @@ the kernel that BLAS chooses for a processor.
 
     force = applied(by_velocity, velocity)    # (c, d, d) and (c, d)
     slope = multiplied(inverse, by_velocity)     # (c, d, d) and (c, d, d)
+    inverse = inverted(own)                      # (c, d, d)
 """
 
 from __future__ import annotations
@@ -36,3 +37,23 @@ def multiplied(first: FloatArray, second: FloatArray) -> FloatArray:
 
     product: FloatArray = block_products(np.ascontiguousarray(first), np.ascontiguousarray(second))
     return product
+
+
+def inverted(blocks: FloatArray) -> FloatArray:
+    """Inverse of each block, shape (n, d, d).
+
+    Parameters
+    ----------
+    blocks : Shape (n, d, d).
+
+    Raises
+    ------
+    LinAlgError : One is exactly singular.
+    """
+    from masonry_fem.nscd.transfer import block_inverses  # noqa: PLC0415 - Numba is slow to import
+
+    inverse, all_have = block_inverses(np.ascontiguousarray(blocks))
+    if not all_have:
+        raise np.linalg.LinAlgError("a block of a contact is exactly singular")
+    found: FloatArray = inverse
+    return found

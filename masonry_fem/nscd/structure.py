@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scipy import sparse
-
-    from masonry_fem.nscd.mumps import Mumps
     from masonry_fem.nscd.solvers.body_matrix import BodyPattern
     from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix
     from masonry_fem.nscd.solvers.elastic_ranks.division import Division
+    from masonry_fem.nscd.solvers.modal_system import Eliminated
     from masonry_fem.nscd.solvers.newton_system import NewtonFactor
 
 
@@ -34,7 +32,7 @@ class Structure:
     factor : The last factor of such a matrix.
     factored : An iteration in place of a factor took too long: there are factors only from then on, in
         dynamics to the end of the step.
-    bodies : The last matrix of bodies with modes, and its factor's order of elimination.
+    bodies : The last matrix of bodies with modes, and its factor.
     division : Contacts and bodies as they were dealt to ranks.
     """
 
@@ -42,7 +40,7 @@ class Structure:
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
     factored: bool = False
-    bodies: tuple[sparse.csr_array, Mumps] | None = None
+    bodies: Eliminated | None = None
     division: Division | None = None
 
     def empty(self) -> None:

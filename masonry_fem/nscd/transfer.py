@@ -17,6 +17,45 @@ IntArray = NDArray[np.int64]
 
 
 @compiled
+def block_inverses(blocks: FloatArray) -> tuple[FloatArray, bool]:
+    """Inverses of small blocks by elimination with pivots from their columns, and whether all have one.
+
+    Parameters
+    ----------
+    blocks : Shape (n, d, d).
+    """
+    n, d, _ = blocks.shape
+    inverse, left = np.zeros((n, d, d)), np.empty((d, d))
+    for number in range(n):
+        own = inverse[number]
+        for i in range(d):
+            own[i, i] = 1.0
+            for j in range(d):
+                left[i, j] = blocks[number, i, j]
+        for k in range(d):
+            pivot = k
+            for i in range(k + 1, d):
+                if abs(left[i, k]) > abs(left[pivot, k]):
+                    pivot = i
+            if left[pivot, k] == 0.0:
+                return inverse, False
+            for j in range(d):
+                left[k, j], left[pivot, j] = left[pivot, j], left[k, j]
+                own[k, j], own[pivot, j] = own[pivot, j], own[k, j]
+            scale = 1.0 / left[k, k]
+            for j in range(d):
+                left[k, j] *= scale
+                own[k, j] *= scale
+            for i in range(d):
+                factor = left[i, k]
+                if i != k and factor != 0.0:
+                    for j in range(d):
+                        left[i, j] -= factor * left[k, j]
+                        own[i, j] -= factor * own[k, j]
+    return inverse, True
+
+
+@compiled
 def block_products(first: FloatArray, second: FloatArray) -> FloatArray:
     """What ``products.multiplied`` explains, shape (n, r, t).
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.nscd.products import applied, multiplied
+from masonry_fem.nscd.products import applied, inverted, multiplied
 
 
 @pytest.mark.parametrize("count", [0, 1, 40])
@@ -24,3 +24,23 @@ def test_one_block_serves_all_contacts():
     blocks = np.broadcast_to(2.0 * np.eye(3), (5, 3, 3))
     vectors = np.arange(15.0).reshape(5, 3)
     assert np.array_equal(applied(blocks, vectors), 2.0 * vectors)
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_inverses_are_those_of_numpy_whatever_the_order_of_rows(size):
+    random = np.random.default_rng(size)
+    blocks = random.normal(size=(60, size, size)) * 10.0 ** random.uniform(-9, 9, size=(60, 1, 1))
+    blocks[:20, 0, 0] = 0.0  # no pivot on the diagonal
+    blocks[20:40] += blocks[20:40].transpose(0, 2, 1)
+    exact = np.linalg.inv(blocks)
+    for given in (blocks, np.asfortranarray(blocks)):
+        error = np.linalg.norm(inverted(given) - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+        assert (error < 1e-14 * np.linalg.cond(blocks)).all()
+    assert inverted(blocks[:0]).shape == (0, size, size)
+
+
+def test_a_singular_block_has_no_inverse():
+    blocks = np.tile(np.eye(3), (4, 1, 1))
+    blocks[2, 1] = blocks[2, 0]
+    with pytest.raises(np.linalg.LinAlgError, match="singular"):
+        inverted(blocks)

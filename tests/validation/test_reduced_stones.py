@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
+from masonry_fem.build import build
 from masonry_fem.errors import MasonryError
 from masonry_fem.fem.assemble import assemble_shapes
 from masonry_fem.fem.error_estimate import energy_density
@@ -15,6 +17,8 @@ from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.fem.modes import rigid_modes
 from masonry_fem.fem.reduction import Basis
 from masonry_fem.nscd import modal
+from masonry_fem.nscd.mumps import Mumps
+from masonry_fem.nscd.solvers import modal_system
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import (
     Dynamics,
@@ -217,6 +221,49 @@ def test_modes_as_velocities_give_the_same_as_their_compliance(monkeypatch, anal
     monkeypatch.setattr(modal, "CONTACTS", 10**9)
     compliance = solve_scene(given)
     assert apart(velocities, compliance) < 1e-7
+
+
+def test_a_factor_serves_until_contacts_change(monkeypatch):
+    """With fewer factors than Newton steps the same state is reached."""
+    monkeypatch.setattr(modal, "CONTACTS", 1)
+    made, factors = [], []
+    bare = Mumps.hold
+
+    def counted(self, matrix):
+        factors[-1] += self._held is not matrix
+        bare(self, matrix)
+
+    monkeypatch.setattr(Mumps, "hold", counted)
+    analysis = Dynamics(step=1e-2, duration=6e-2, theta=1.0)
+    given = scene(wall(5, 5), "reduced", mesh=MeshSettings(divisions=(2, 1, 1)), analysis=analysis)
+    for share in (modal_system.SLOPE, 0.0):
+        monkeypatch.setattr(modal_system, "SLOPE", share)
+        factors.append(0)
+        made.append(solve_scene(given))
+        assert made[-1].summary.certificate.natural_map < 1e-10
+    assert factors[0] < 0.9 * factors[1]
+    assert apart(*made) < 1e-8
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_faces_of_few_modes_have_contacts_at_corners_and_centroid(degree):
+    """Others have them at all nodes, nine and more; so have faces that an elastic stone touches."""
+    overrides = (
+        Override(blocks="wall.c2.*", fidelity="elastic"),
+        Override(blocks="wall.c3.*", fidelity="rigid"),
+    )
+    mesh = MeshSettings(divisions=(4, 2, 2))
+    model = build(scene(wall(2, 4), "reduced", degree, mesh=mesh, overrides=overrides), Path()).model
+    course = [name.split(".")[1] if "." in name else "ground" for name in model.assembly.blocks.names]
+    found: dict[frozenset[str], set[int]] = {}
+    for number, count in enumerate(np.bincount(model.contacts.interface).tolist()):
+        first, second = model.interfaces.blocks[number]
+        found.setdefault(frozenset({course[first], course[second]}), set()).add(count)
+    for few in ({"c1"}, {"c1", "ground"}, {"c3", "c4"}, {"c4"}):
+        assert (found[frozenset(few)] == {5}) is (degree < 3)
+    for many in ({"c1", "c2"}, {"c2"}, {"c2", "c3"}):
+        assert min(found[frozenset(many)]) >= 9
+    assert found[frozenset({"c3"})] == {4}
 
 
 def test_a_held_face_is_refused():

@@ -7,6 +7,7 @@ of deformation among them.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import override
 
 import numpy as np
@@ -16,12 +17,48 @@ from scipy import sparse
 from masonry_fem.nscd.linear import Library, Solve, factorise
 from masonry_fem.nscd.mumps import Mumps, petsc
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.products import multiplied
+from masonry_fem.nscd.products import inverted, multiplied
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+
+# Changes up to which the last factor is good enough for a Newton step: of a contact's slope, over its largest
+# entry, and of B, over the largest of all.
+SLOPE, TURN = 0.1, 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Eliminated:
+    """The last matrix of bodies, and what it was made of.
+
+    Attributes
+    ----------
+    matrix, order : The matrix, and its factor's order of elimination. solve : With this factor.
+    contacts : Those in it, shape (k,). slope : S of these, shape (k, d, d).
+    diagonal : What it starts from, shape (b, m). rigid_map : B, shape (c, 2, d, m).
+    """
+
+    matrix: sparse.csr_array
+    order: Mumps
+    solve: Solve
+    contacts: IntArray
+    slope: FloatArray
+    diagonal: FloatArray
+    rigid_map: FloatArray
+
+    def serves(
+        self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray, rigid_map: FloatArray
+    ) -> bool:
+        """Whether it is near enough to the matrix of these, as they are held."""
+        if not np.array_equal(contacts, self.contacts) or rigid_map.shape != self.rigid_map.shape:
+            return False
+        turned = 0.0 if rigid_map is self.rigid_map else np.abs(rigid_map - self.rigid_map).max(initial=0.0)
+        changed, size = (np.abs(one).max(axis=(1, 2)) for one in (slope - self.slope, self.slope))
+        same = (changed <= SLOPE * size).all() and turned <= TURN * np.abs(self.rigid_map).max(initial=0.0)
+        return bool(same and (np.abs(diagonal - self.diagonal) <= SLOPE * self.diagonal).all())
 
 
 class ModalSystem(NewtonSystem):
@@ -51,7 +88,7 @@ class ModalSystem(NewtonSystem):
         gone = np.flatnonzero(closed)
         total = by_velocity if stiffness is None else by_velocity + multiplied(own, stiffness)
         slope_of = total[gone]
-        inverse = np.linalg.inv(own[gone] + multiplied(slope_of, self._bed[gone]))
+        inverse = inverted(own[gone] + multiplied(slope_of, self._bed[gone]))
         diagonal = self.unit * mass / self.column**2
         slope = self.unit * multiplied(inverse, slope_of)
         return NewtonFactor(
@@ -62,12 +99,14 @@ class ModalSystem(NewtonSystem):
         """Solves with the bodies' matrix: its pattern stays from step to step, and so does MUMPS's plan."""
         if self.library != "auto" or petsc() is None:
             return self.body_solver.solver(slope, contacts, diagonal, self._bodies_factorised)
-        matrix = -self.body_matrix.assemble(slope, contacts, diagonal).tocsr()
-        last = self.structure.bodies
-        if last is None or not _alike(matrix, last[0]):
-            last = matrix, Mumps(matrix)
-        self.structure.bodies = last
-        return factorise(matrix, "mumps", last[1])
+        last, rigid_map = self.structure.bodies, self.problem.rigid_map
+        if last is not None and last.serves(slope, contacts, diagonal, rigid_map):
+            return last.solve
+        matrix = self.body_matrix.assemble(-slope, contacts, -diagonal).tocsr()
+        order = last.order if last is not None and _alike(matrix, last.matrix) else Mumps(matrix)
+        solve = factorise(matrix, "mumps", order).bare  # Newton's next step refines
+        self.structure.bodies = Eliminated(matrix, order, solve, contacts, slope, diagonal, rigid_map)
+        return solve
 
 
 def _alike(one: sparse.csr_array, other: sparse.csr_array) -> bool:

@@ -22,7 +22,7 @@ from scipy import sparse
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.products import applied, multiplied
+from masonry_fem.nscd.products import applied, inverted, multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Undivided, are_many, at_rest, iterable
@@ -286,5 +286,5 @@ def _inverse(
     if root is not None:
         first, last = root[gone].transpose(0, 2, 1), root[gone]
         return multiplied(last, first), (first, last)
-    inverse = np.linalg.inv(own) if own_inverse is None else own_inverse[gone]
+    inverse = inverted(own) if own_inverse is None else own_inverse[gone]
     return inverse, (inverse,)

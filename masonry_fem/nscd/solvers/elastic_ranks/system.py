@@ -14,6 +14,7 @@ from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library, Solve
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.products import inverted
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, Effort, Values, at_rest
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
 from masonry_fem.nscd.solvers.elastic_ranks.portion import Portion
@@ -106,7 +107,7 @@ class DividedSystem(NewtonSystem):
     def _inverses(self, own: FloatArray, closed: Mask) -> FloatArray:
         """D⁻¹ of closed contacts without compliance, zero elsewhere, shape (c, d, d)."""
         inverse, gone = np.zeros_like(own), np.flatnonzero(closed & ~self.elastic)
-        inverse[gone] = np.linalg.inv(own[gone])
+        inverse[gone] = inverted(own[gone])
         return inverse
 
     @override

@@ -220,6 +220,9 @@ def _begun(
     return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
 
 
+FLYING = 0.5  # error of impulses that are not all to vanish: it would be 1
+
+
 def _kept(
     problem: ContactProblem, settings: SolverSettings, start: Start | None, scale: FloatArray
 ) -> tuple[Iterate, Quality] | None:
@@ -234,6 +237,8 @@ def _kept(
         )
         if quality.error <= settings.tolerance:
             return guess, quality
+        if quality.error < FLYING:
+            break
     return None
 
 

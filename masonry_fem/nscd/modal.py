@@ -113,8 +113,8 @@ class Bed(Shared):
         return Bed(self.bed[contacts], self._giving[contacts], self._norms[contacts])
 
 
-def modal_form(problem: ContactProblem) -> ContactProblem | None:
-    """The problem with the modes among the velocities of its bodies; None where it has no such form or need.
+def has_form(problem: ContactProblem) -> bool:
+    """Whether the modes of a problem become velocities of its bodies: it has some, and that pays.
 
     Contacts need to give way by themselves, or their impulses would not be unique.
 
@@ -124,8 +124,19 @@ def modal_form(problem: ContactProblem) -> ContactProblem | None:
     """
     compliance = problem.compliance
     if not isinstance(compliance, Modal) or problem.count < CONTACTS or compliance.bed is None:
-        return None
-    if compliance.modes.mass.shape[1] > MOST or not compliance.bed.all():
+        return False
+    return compliance.modes.mass.shape[1] <= MOST and bool(compliance.bed.all())
+
+
+def modal_form(problem: ContactProblem) -> ContactProblem | None:
+    """The problem with the modes among the velocities of its bodies; None where ``has_form`` is false.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    """
+    compliance = problem.compliance
+    if not has_form(problem) or not isinstance(compliance, Modal) or compliance.bed is None:
         return None
     modes, still = compliance.modes, np.zeros_like(compliance.modes.mass)
     return replace(

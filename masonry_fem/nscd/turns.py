@@ -22,6 +22,7 @@ from typing import Literal
 from masonry_fem.nscd.admissible import Admissible, at_limit
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import make_method
+from masonry_fem.nscd.modal import has_form
 from masonry_fem.nscd.plane import InPlane, PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
@@ -102,7 +103,9 @@ class Case:
     @cached_property
     def _iterates(self) -> bool:
         """True for many elastic contacts that iterations are worth a try for."""
-        return self.elastic and self.problem.count >= MANY_ELASTIC and iteration_pays(self.problem)
+        if not self.elastic or self.problem.count < MANY_ELASTIC or has_form(self.problem):
+            return False
+        return iteration_pays(self.problem)
 
     @cached_property
     def static(self) -> bool:
@@ -221,6 +224,9 @@ def _hinging_newton(case: Case) -> Method:
 def _moving_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
+    # modes that hit and part need a search from the first step on: full ones go round, some for ever
+    if has_form(case.problem):
+        return ProximalNewton(weight=1.0, adaptive=True, full_steps=0)
     return ProximalNewton(moving=True, weight=FIRM, decrease=0.3)
 
 

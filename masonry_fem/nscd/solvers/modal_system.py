@@ -25,8 +25,8 @@ IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-# Changes up to which the last factor is good enough for a Newton step: of a contact's slope, over its largest
-# entry, and of B, over the largest of all.
+# Changes up to which the last factor is good enough for a Newton step: of a contact's slope, relative to it,
+# and of an entry of B, over the largest.
 SLOPE, TURN = 0.1, 1e-3
 
 
@@ -56,8 +56,10 @@ class Eliminated:
         if not np.array_equal(contacts, self.contacts) or rigid_map.shape != self.rigid_map.shape:
             return False
         turned = 0.0 if rigid_map is self.rigid_map else np.abs(rigid_map - self.rigid_map).max(initial=0.0)
-        changed, size = (np.abs(one).max(axis=(1, 2)) for one in (slope - self.slope, self.slope))
-        same = (changed <= SLOPE * size).all() and turned <= TURN * np.abs(self.rigid_map).max(initial=0.0)
+        if turned > TURN * np.abs(self.rigid_map).max(initial=0.0):
+            return False
+        changed, size = (np.einsum("kij,kij->k", one, one) for one in (slope - self.slope, self.slope))
+        same = (changed <= SLOPE**2 * size).all()
         return bool(same and (np.abs(diagonal - self.diagonal) <= SLOPE * self.diagonal).all())
 
 
@@ -72,6 +74,16 @@ class ModalSystem(NewtonSystem):
     def __init__(self, problem: ContactProblem, scale: FloatArray, library: Library = "auto") -> None:
         super().__init__(problem, scale, library)
         self._bed = problem.operator.diagonal()
+
+    @property
+    @override
+    def iterates(self) -> bool:
+        return False
+
+    @property
+    @override
+    def many(self) -> bool:
+        return False
 
     @override
     def factor(

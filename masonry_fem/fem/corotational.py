@@ -441,7 +441,8 @@ class CorotationalGroup(Deformable[TurningState]):
         rates = np.einsum("bnij,bj->bni", lever(self._arms(place)), spin)
         rates += state.velocity.reshape(rates.shape)
         moving: FloatArray = shifts * state.rigid_velocity[:, None, :d]
-        return moving + rates @ place.rotation.swapaxes(1, 2)
+        moving = moving + rates @ place.rotation.swapaxes(1, 2)
+        return moving
 
     def motion(self, state: TurningState) -> tuple[FloatArray, FloatArray]:
         """The motions x = R X + t of the frames, (b, d, d) and (b, d) [m]."""

@@ -216,8 +216,9 @@ def _wanted(scene: specs.Scene, stones: Stones) -> tuple[list[str], np.ndarray]:
         (name, material): "auto" if name is None else fidelity(name).placement(scene.materials[material])
         for name, material in dict.fromkeys(pairs)
     }
-    number = {rule: at for at, rule in enumerate(dict.fromkeys(own.values()))}
-    return list(number), np.fromiter((number[own[pair]] for pair in pairs), np.int64)
+    names = list(dict.fromkeys(own.values()))
+    number = {pair: names.index(rule) for pair, rule in own.items()}
+    return names, np.fromiter(map(number.__getitem__, pairs), np.int64)
 
 
 def joints_at(

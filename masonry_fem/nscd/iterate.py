@@ -220,7 +220,7 @@ def _begun(
     return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
 
 
-FLYING = 0.5  # error of impulses that are not all to vanish: it would be 1
+FLYING = 0.5  # error below which impulses are not all to vanish: it would be 1
 
 
 def _kept(
@@ -237,7 +237,7 @@ def _kept(
         )
         if quality.error <= settings.tolerance:
             return guess, quality
-        if quality.error < FLYING:
+        if quality.error < FLYING and np.linalg.norm(guess.impulse) > settings.least_impulse:
             break
     return None
 

@@ -68,11 +68,32 @@ def resultants(arms: FloatArray, forces: FloatArray) -> tuple[FloatArray, FloatA
     arms : From the centre to where the forces act, shape (n, d), or (b, n, d) [m].
     forces : Forces, shape (b, n, d) [N].
     """
-    products = arms.swapaxes(-2, -1) @ forces
-    turning = products - products.swapaxes(1, 2)
-    # x_i f_j − x_j f_i of the axes (i, j) in whose plane a moment turns
-    first, second = ([0], [1]) if forces.shape[2] == 2 else ([1, 2, 0], [2, 0, 1])
-    return np.ones(forces.shape[1]) @ forces, turning[:, first, second]
+    return summed(forces), summed(moment(arms, forces))
+
+
+def summed(vectors: FloatArray) -> FloatArray:
+    """Sums of n vectors of each of b blocks, one after the other, shape (b, d).
+
+    Parameters
+    ----------
+    vectors : Shape (b, n, d).
+    """
+    total: FloatArray = np.einsum("bnd->bd", vectors)  # in a quarter of the time that ``sum`` takes
+    return total
+
+
+def turned(rotations: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors of b blocks, or n that all have, times the blocks' matrices, shape (b, n, d).
+
+    Parameters
+    ----------
+    rotations : Shape (b, d, d). vectors : Shape (b, n, d) or (n, d).
+    """
+    from masonry_fem.bodies.motions import each_turned, turned_by_each  # noqa: PLC0415 - Numba is slow to import
+
+    loop = turned_by_each if vectors.ndim == 2 else each_turned
+    found: FloatArray = loop(np.ascontiguousarray(rotations), np.ascontiguousarray(vectors))
+    return found
 
 
 def exponential(vectors: FloatArray) -> FloatArray:

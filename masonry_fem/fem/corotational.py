@@ -47,6 +47,8 @@ from masonry_fem.bodies.rotation import (
     moment,
     resultants,
     settled_spin,
+    summed,
+    turned,
     turned_by,
 )
 from masonry_fem.fem.assemble import ShapeOperators
@@ -177,7 +179,7 @@ class CorotationalGroup(Deformable[TurningState]):
     def following(self, force: FloatArray, state: TurningState) -> FloatArray:
         """Nodal forces (b, n) of the reference with their directions turned with the frames."""
         nodal = force.reshape(self.count, -1, self.dimension)
-        return (nodal @ state.rotation.swapaxes(1, 2)).reshape(force.shape)
+        return turned(state.rotation, nodal).reshape(force.shape)
 
     def rest(self) -> TurningState:
         """Undeformed, in place, at rest."""
@@ -194,7 +196,7 @@ class CorotationalGroup(Deformable[TurningState]):
     def _own(self, state: TurningState, world: FloatArray) -> FloatArray:
         """Nodal vectors (b, n) along the shape's axes seen from the frames."""
         nodal = world.reshape(self.count, -1, self.dimension)
-        return (nodal @ state.rotation).reshape(world.shape)
+        return turned(state.rotation.swapaxes(1, 2), nodal).reshape(world.shape)
 
     def _arms(self, state: TurningState) -> FloatArray:
         """Nodes from the centre of the frame, its axes, shape (b, nodes, d) [m]."""
@@ -259,9 +261,8 @@ class CorotationalGroup(Deformable[TurningState]):
         """Work of nodal forces (b, n) by unit U, with the blocks as in ``at``, shape (b, m)."""
         shifts, spins = self.per_unit
         nodal = force.reshape(self.count, -1, self.dimension)
-        total = np.ones(nodal.shape[1]) @ nodal
-        _, moments = resultants(self._arms(at), nodal @ at.rotation)
-        return np.concatenate([shifts * total, moments @ spins], axis=1)
+        moments = summed(moment(self._arms(at), turned(at.rotation.swapaxes(1, 2), nodal)))
+        return np.concatenate([shifts * summed(nodal), moments @ spins], axis=1)
 
     def _coasting(self, state: TurningState, scheme: Scheme) -> FloatArray:
         """U at the end of a step in which nothing acts: angular momentum stays, the frames turn, (b, m)."""
@@ -429,9 +430,9 @@ class CorotationalGroup(Deformable[TurningState]):
     def _moved(self, state: TurningState) -> FloatArray:
         """Displacements of the nodes along the shape's axes, shape (b, nodes, d) [m]."""
         arms = self.mesh.points - self.modes.centroid
-        turned = arms @ state.turned.swapaxes(1, 2)
-        bent = state.displacement.reshape(turned.shape)
-        moved: FloatArray = state.shift[:, None] + turned + bent @ state.rotation.swapaxes(1, 2)
+        gone = turned(state.turned, arms)
+        bent = state.displacement.reshape(gone.shape)
+        moved: FloatArray = state.shift[:, None] + gone + turned(state.rotation, bent)
         return moved
 
     def _moving(self, state: TurningState, place: TurningState) -> FloatArray:
@@ -441,7 +442,7 @@ class CorotationalGroup(Deformable[TurningState]):
         rates = np.einsum("bnij,bj->bni", lever(self._arms(place)), spin)
         rates += state.velocity.reshape(rates.shape)
         moving: FloatArray = shifts * state.rigid_velocity[:, None, :d]
-        moving = moving + rates @ place.rotation.swapaxes(1, 2)
+        moving = moving + turned(place.rotation, rates)
         return moving
 
     def motion(self, state: TurningState) -> tuple[FloatArray, FloatArray]:

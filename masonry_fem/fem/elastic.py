@@ -350,7 +350,7 @@ class ElasticGroup(Deformable[ElasticState]):
         start = self.places.reshape(moved.shape)
         now, middle = start + moved, start.mean(axis=1)
         reached = now.mean(axis=1)
-        spread = (now - reached[:, None]).swapaxes(1, 2) @ (start - middle[:, None])
+        spread = np.einsum("bni,bnj->bij", now - reached[:, None], start - middle[:, None])
         left, _, right = np.linalg.svd(spread)
         left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
         turn = left @ right

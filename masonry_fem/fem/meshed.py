@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray, IntArray
-from masonry_fem.bodies.rotation import moment, resultants
+from masonry_fem.bodies.rotation import moment, resultants, turned
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Memory
 from masonry_fem.fem.locate import in_cells
@@ -210,8 +210,8 @@ class Meshed[S](ABC):
     @property
     def places(self) -> FloatArray:
         """Nodes of all blocks in the reference, block after block, world axes, shape (b · nodes, d) [m]."""
-        turned = self.mesh.points @ self.rotation.swapaxes(1, 2)
-        places: FloatArray = (turned + self.translation[:, None]).reshape(-1, self.dimension)
+        placed = turned(self.rotation, self.mesh.points)
+        places: FloatArray = (placed + self.translation[:, None]).reshape(-1, self.dimension)
         return places
 
     def positions(self, state: S) -> FloatArray:
@@ -230,4 +230,4 @@ class Meshed[S](ABC):
 
     def _turned(self, local: FloatArray) -> FloatArray:
         """Vectors (b, nodes, d) from shape axes to world axes."""
-        return local @ self.rotation.swapaxes(1, 2)
+        return turned(self.rotation, local)

@@ -259,26 +259,6 @@ def each_turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 @compiled
-def turned_by_each(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Products of blocks' matrices with vectors that all have, shape (b, n, d).
-
-    Parameters
-    ----------
-    matrices : Shape (b, d, d). vectors : Shape (n, d).
-    """
-    (b, d, _), n = matrices.shape, len(vectors)
-    products = np.empty((b, n, d))
-    for block in range(b):
-        for row in range(n):
-            for i in range(d):
-                total = 0.0
-                for j in range(d):
-                    total += matrices[block, i, j] * vectors[row, j]
-                products[block, row, i] = total
-    return products
-
-
-@compiled
 def turned_frames(frames: FloatArray, matrices: FloatArray, blocks: IntArray) -> FloatArray:
     """Products of frames with the matrices of their blocks, shape (k, d, d).
 

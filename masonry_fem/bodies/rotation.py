@@ -89,10 +89,11 @@ def turned(rotations: FloatArray, vectors: FloatArray) -> FloatArray:
     ----------
     rotations : Shape (b, d, d). vectors : Shape (b, n, d) or (n, d).
     """
-    from masonry_fem.bodies.motions import each_turned, turned_by_each  # noqa: PLC0415 - Numba is slow to import
+    from masonry_fem.bodies.motions import each_turned  # noqa: PLC0415 - Numba is slow to import
 
-    loop = turned_by_each if vectors.ndim == 2 else each_turned
-    found: FloatArray = loop(np.ascontiguousarray(rotations), np.ascontiguousarray(vectors))
+    if vectors.ndim == 2:
+        vectors = np.tile(vectors, (len(rotations), 1, 1))
+    found: FloatArray = each_turned(np.ascontiguousarray(rotations), np.ascontiguousarray(vectors))
     return found
 
 

@@ -220,9 +220,6 @@ def _begun(
     return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
 
 
-FLYING = 0.5  # error below which impulses are not all to vanish: it would be 1
-
-
 def _kept(
     problem: ContactProblem, settings: SolverSettings, start: Start | None, scale: FloatArray
 ) -> tuple[Iterate, Quality] | None:
@@ -237,8 +234,6 @@ def _kept(
         )
         if quality.error <= settings.tolerance:
             return guess, quality
-        if quality.error < FLYING and np.linalg.norm(guess.impulse) > settings.least_impulse:
-            break
     return None
 
 

@@ -172,6 +172,7 @@ def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -
     # as the step's contact problem had it: what has opened has left by its gap
     velocity = state.velocity[active]
     velocity[:, 0] = np.maximum(state.gap[active], 0.0) / scheme.step
+    velocity[state.status[active] == STICK, 1:] = 0.0  # what moved there is the joint that gives way
     return Start(impulse, None if scheme.inertia else state.rigid_velocity, velocity)
 
 

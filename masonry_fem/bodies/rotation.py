@@ -56,8 +56,8 @@ def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
         arms, forces = np.broadcast_arrays(arms, forces)
     # copies, since Numba compiles anew for arrays that are read-only
     rows = (np.array(one, dtype=float, order="C").reshape(-1, one.shape[-1]) for one in (arms, forces))
-    turned: FloatArray = moments(*rows)
-    return turned.reshape(*arms.shape[:-1], turned.shape[-1])
+    found: FloatArray = moments(*rows)
+    return found.reshape(*arms.shape[:-1], found.shape[-1])
 
 
 def resultants(arms: FloatArray, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -154,14 +154,7 @@ def turned_by(changed: FloatArray) -> FloatArray:
     whole = logarithm(np.eye(changed.shape[-1]) + changed)
     if changed.shape[-1] == 2:
         return whole
-    axial = 0.5 * np.stack(
-        [
-            changed[..., 2, 1] - changed[..., 1, 2],
-            changed[..., 0, 2] - changed[..., 2, 0],
-            changed[..., 1, 0] - changed[..., 0, 1],
-        ],
-        axis=-1,
-    )
+    axial = first_order(changed)
     sine = np.linalg.norm(axial, axis=-1, keepdims=True)
     angle = np.arcsin(np.minimum(sine, 1.0))
     small = np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 1.0) * axial
@@ -191,14 +184,7 @@ def _quaternion(rotations: FloatArray) -> FloatArray:
     square[..., 0, 0] = 1 + trace
     square[..., 1:, 1:] = rotations + np.swapaxes(rotations, -1, -2)
     square[..., [1, 2, 3], [1, 2, 3]] = 1 - trace[..., None] + 2 * diagonal
-    axial = np.stack(
-        [
-            rotations[..., 2, 1] - rotations[..., 1, 2],
-            rotations[..., 0, 2] - rotations[..., 2, 0],
-            rotations[..., 1, 0] - rotations[..., 0, 1],
-        ],
-        axis=-1,
-    )
+    axial = 2.0 * first_order(rotations)
     square[..., 0, 1:] = square[..., 1:, 0] = axial
     largest = np.argmax(np.diagonal(square, axis1=-2, axis2=-1), axis=-1)
     column = np.take_along_axis(square, largest[..., None, None], axis=-1)[..., 0]

@@ -193,9 +193,7 @@ def rules_of(scene: specs.Scene, stones: Stones, interfaces: Interfaces, chosen:
     interfaces : Where blocks touch.
     chosen : Number of the joint record of each interface.
     """
-    assembly = stones.assembly
-    meshed = np.array([shape.mesh is not None for shape in assembly.shapes], dtype=bool)
-    of_block = meshed[assembly.blocks.shape]
+    of_block = stones.assembly.meshed
     either = of_block[interfaces.blocks].any(axis=1)
     names, wanted = _wanted(scene, stones)
     sides = np.where(of_block, wanted, -1)[interfaces.blocks]

@@ -119,8 +119,7 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     materials = taken([own[1] for own in told], of_block)
     motion, clamps = _supports(scene, assembly, free, base)
     _check_materials(scene, assembly, free, materials)
-    meshed = np.array([shape.mesh is not None for shape in assembly.shapes])
-    given = frozenset(np.flatnonzero(meshed[blocks.shape]).tolist())
+    given = frozenset(np.flatnonzero(assembly.meshed).tolist())
     mesh = taken([own[2] for own in told], of_block)
     return Stones(assembly, tuple(free), materials, motion, clamps, mesh, given)
 

@@ -1,7 +1,7 @@
 """Reduction: a few polynomial modes of deformation in place of all displacements of a mesh.
 
     basis = Basis.of(operators, modes, degree=2)     # once for a shape and material
-    compliance = ReducedCompliance(basis, scheme)    # (M̂⁻¹)_el on the modes alone
+    compliance = ReducedCompliance(operators, basis, scheme)    # (M̂⁻¹)_el on the modes alone
 
 A block's elastic part is u_el = Ψ η. Ψ spans what polynomials up to a degree have at the nodes, without the
 rigid motions, and diagonalises both matrices, Ψᵀ M Ψ = 1 and Ψᵀ K Ψ = Ω², so that

@@ -157,6 +157,7 @@ def shifted_jump(state: SystemState, scheme: Scheme) -> FloatArray:
 def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
     """Last step's reactions as a first guess of this step's impulses; None where there are none.
 
+    Its velocities tell statuses: contacts that stick do not slip, though their joints give way.
     In statics the rigid velocities are displacements per unit of the load factor. They do not depend on the
     length of a step, and the last ones are a guess, too.
 
@@ -172,7 +173,7 @@ def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -
     # as the step's contact problem had it: what has opened has left by its gap
     velocity = state.velocity[active]
     velocity[:, 0] = np.maximum(state.gap[active], 0.0) / scheme.step
-    velocity[state.status[active] == STICK, 1:] = 0.0  # what moved there is the joint that gives way
+    velocity[state.status[active] == STICK, 1:] = 0.0
     return Start(impulse, None if scheme.inertia else state.rigid_velocity, velocity)
 
 

@@ -67,7 +67,7 @@ def expelling_step(
     held_model = replace(model, expulsion=0.0)
     made = step(held_model, coupling, state, scheme, settings, until, clock, snaps=snaps)
     held = (wait - 1, span) if wait > 0 else (max(1, 2 * span), max(1, 2 * span))
-    jammed = made.solution.solved
+    jammed = made.solution.solved and bool((made.here.gap < 0).any())
     return replace(made, after=replace(made.after, held=held), jammed=jammed)
 
 

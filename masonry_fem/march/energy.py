@@ -80,10 +80,10 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     difference counts as numerical.
     """
     before = stored_energy(model, made.before, made.scheme.inertia)
-    start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)
+    start = relative_velocity(coupling, made.before.bodies, made.here, made.rigid_map)
     straight = end = made.after.velocity
     if made.scheme.inertia == 0:
-        straight = relative_velocity(model, coupling, made.after.bodies, made.here, made.rigid_map)
+        straight = relative_velocity(coupling, made.after.bodies, made.here, made.rigid_map)
     jolt = (1 - made.scheme.theta) * made.impulse * (straight - start)
     contact = float((made.impulse * end).sum() - jolt.sum())
     hits = (start[:, 0] < 0) & ((made.before.status == OPEN) | (made.before.index == 0))

@@ -14,7 +14,6 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme
 from masonry_fem.march.coupling import ROUNDING, Coupling, Placement
-from masonry_fem.march.model import Model
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,26 +78,25 @@ def reached(coupling: Coupling, start: Place, bodies: tuple[Any, ...], h: float)
     there = coupling.placement(bodies)
     rigid_map = coupling.rigid_map(bodies, there)
     bend = there.offset - start.contact.offset
-    bend -= h * relative_velocity(coupling.model, coupling, bodies, there, rigid_map)
+    bend -= h * relative_velocity(coupling, bodies, there, rigid_map)
     # nothing that rigid blocks do is smaller than the rounding of places; what elastic ones do may be
     bend[(np.abs(bend) <= rounding(there)) & ~coupling.soft[:, None]] = 0.0
     return Place(bodies, there, rigid_map, bend / h)
 
 
 def relative_velocity(
-    model: Model, coupling: Coupling, bodies: tuple[Any, ...], here: Placement, rigid_map: FloatArray
+    coupling: Coupling, bodies: tuple[Any, ...], here: Placement, rigid_map: FloatArray
 ) -> FloatArray:
     """Relative velocity of the contact points in the local frames, shape (c, d) [m/s].
 
     Parameters
     ----------
-    model : The structure.
-    coupling : Its body groups at c contacts.
+    coupling : Body groups at c contacts.
     bodies : Body states, one a group.
     here : Contact geometry in these states.
     rigid_map : Velocities at the contacts by unit rigid velocities there, shape (c, 2, d, m).
     """
-    parts = [group.velocity_parts(state) for group, state in zip(model.groups, bodies, strict=True)]
+    parts = [group.velocity_parts(state) for group, state in zip(coupling.model.groups, bodies, strict=True)]
     rigid = coupling.rigid_velocity(tuple(part[0] for part in parts), rigid_map)
     return rigid + coupling.elastic_velocity(tuple(part[1] for part in parts), here)
 

@@ -101,9 +101,7 @@ def carried(
     return replace(
         state,
         reaction=turned(state.reaction),
-        velocity=relative_velocity(
-            found, coupling, state.bodies, here, coupling.rigid_map(state.bodies, here)
-        ),
+        velocity=relative_velocity(coupling, state.bodies, here, coupling.rigid_map(state.bodies, here)),
         gap=here.gap,
         status=status,
         frame=here.frame,

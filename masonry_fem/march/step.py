@@ -105,7 +105,7 @@ def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...]) -> 
         index=0,
         bodies=bodies,
         reaction=np.zeros_like(here.points),
-        velocity=relative_velocity(model, coupling, bodies, here, start.rigid_map),
+        velocity=relative_velocity(coupling, bodies, here, start.rigid_map),
         gap=here.gap,
         status=np.full(model.contacts.count, STICK, dtype=np.int8),
         frame=here.frame,

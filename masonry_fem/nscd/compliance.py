@@ -280,8 +280,12 @@ class Shared(Operator):
 
     @property
     def nnz(self) -> int:
-        """Numbers that the stones' matrices would have if none was shared."""
-        return sum(kind.contacts.size * kind.turns.shape[2] * kind.matrices.shape[2] for kind in self.kinds)
+        """Numbers that the stones' matrices would have if none was shared, and those of the beds."""
+        beds = 0 if self.bed is None else int(np.count_nonzero(self.bed))
+        numbers: int = sum(
+            kind.contacts.size * kind.turns.shape[2] * kind.matrices.shape[2] for kind in self.kinds
+        )
+        return numbers + beds
 
     def __matmul__(self, impulse: FloatArray) -> FloatArray:
         """Velocities (c d,) from impulses (c d,)."""

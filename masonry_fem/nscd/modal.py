@@ -97,11 +97,6 @@ class Bed(Shared):
         super().__init__(count, dimension, (), bed=bed)
         self._giving, self._norms = giving, norms
 
-    @property
-    @override
-    def nnz(self) -> int:
-        return 0 if self.bed is None else self.bed.size
-
     @override
     def giving(self) -> FloatArray:
         return self._giving.copy()

@@ -28,7 +28,7 @@ from masonry_fem.nscd.plane import InPlane
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
-from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.settings import ACCEPTABLE, TARGET, SolverSettings, Start
 from masonry_fem.nscd.solvers.chord import continued, taken_on
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Case, Turn, turns
@@ -50,9 +50,9 @@ _ENDED = {
 }
 # Share of what pushes contacts together that they may be in each other by.
 FOLLOWED = 1e-2
-# The default tolerance, from which on solutions are made better than asked for; Newton's method with such
-# an α and goal goes on from what the interior point found.
-USUAL, SHARP = 1e-10, 1e-14
+# With the default tolerance solutions are made better than asked for: Newton's method with such an α and goal
+# goes on from what the interior point found.
+SHARP = 1e-14
 SHARP_STEPS = 6
 
 
@@ -79,7 +79,7 @@ def solve(
     _check_start(problem, start)
     with one_thread():
         made = _solve(problem, settings, start)
-        if made.converged and settings.tolerance <= USUAL:
+        if made.converged and settings.tolerance <= TARGET:
             made = taken_on(problem, _sharpened(problem, made, settings), settings)
         if made.solved:
             made = brought_to_rest(problem, made, settings)
@@ -333,18 +333,11 @@ def _joined(first: Solution, second: Solution) -> Solution:
 def _unstressed(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
     """The verdict that elastic blocks run off from where they are, although impulses could hold them."""
     found = from_no_stress(problem)
-    speed = float(np.linalg.norm(found.motion))
-    if found.reached is not False or speed == 0:
+    if found.reached is not False or not found.motion.any():
         return made
-    # fast enough to be seen: what the loads give to blocks of unit mass
-    motion = float(np.linalg.norm(problem.rigid_impulse)) / speed * found.motion
-    quality = assess(problem, found.impulse, motion, least_impulse=settings.least_impulse)
-    velocity = problem.velocity(found.impulse, motion)
-    return replace(
-        made, impulse=found.impulse, velocity=velocity, rigid_velocity=motion, quality=quality,
-        outcome=Outcome.UNSTRESSED, method=f"{made.method}+drag",
-        linear_solves=made.linear_solves + found.solves,
-    )  # fmt: skip
+    solves = made.linear_solves + found.solves
+    dragged = replace(made, impulse=found.impulse, method=f"{made.method}+drag", linear_solves=solves)
+    return _proven(problem, settings, dragged, found.motion, Outcome.UNSTRESSED)
 
 
 def _check_start(problem: ContactProblem, start: Start | None) -> None:

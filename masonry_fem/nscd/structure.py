@@ -2,7 +2,7 @@
 
 Whoever makes problems of the same contacts one after another, as the rounds and steps of a march are, gives
 all of them one ``Structure``. Solvers look at what is in it, and use it where it fits a problem: it decides
-what a solution costs, and no more than rounding of what it is.
+what a solution costs, and of what it is no more than the tolerance leaves open.
 
     structure = Structure()
     problem = ContactProblem(..., structure=structure)

@@ -45,8 +45,8 @@ class Joint(Spec, frozen=True, kw_only=True):
     placement : where the contact points lie: at the ``nodes`` of the finer mesh, at the ``corners`` of the
         common face, or at its ``gauss`` points; ``weighted`` has a mean for each node of the finer mesh, and
         is exact between any two meshes; ``navier`` takes faces as plane, with contacts at corners and
-        centroid. By default (``auto``) it is ``nodes`` where that is exact, else ``weighted``, and
-        ``corners`` between rigid blocks; reduced stones of degree 1 and 2 have ``navier``
+        centroid; ``auto`` is ``nodes`` where that is exact, else ``weighted``, and ``corners`` between
+        rigid blocks. Left out, it is ``navier`` between reduced stones of degree 1 and 2, else ``auto``
     inset : for ``corners`` and ``navier``: the corners' points lie at this share of the half-thickness, 1
         being the edge
     density : for ``gauss``: number of subdivisions of the face

@@ -263,6 +263,13 @@ class Assembly:
         object.__setattr__(self, "shapes", tuple(shapes))
         object.__setattr__(self, "blocks", Blocks.of(blocks, dimension))
 
+    @property
+    def meshed(self) -> Mask:
+        """Blocks that have a mesh, shape (b,)."""
+        shapes = np.array([shape.mesh is not None for shape in self.shapes], dtype=bool)
+        found: Mask = shapes[self.blocks.shape]
+        return found
+
     def solid(self, block: int) -> Polytope:
         """The solid of one block in world coordinates."""
         blocks = self.blocks

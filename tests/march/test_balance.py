@@ -23,6 +23,7 @@ from masonry_fem.march.acting import Acting, relative
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import shifted_jump
 from masonry_fem.march.coupling import connect
+from masonry_fem.march.encounter import expelling_step
 from masonry_fem.march.loads import external_forces
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import BlockMotion, greatest_shift
@@ -85,6 +86,22 @@ def test_turning_is_relative_to_the_largest_load_or_impulse(pressed: float, refe
     place = replace(start, rigid_map=start.rigid_map - change)
     left = turning(coupling, start, free, forces, scheme, impulse, place)
     assert left == pytest.approx(1e-3 * pressed / reference, rel=1e-12)
+
+
+@pytest.mark.parametrize(("gap", "jammed"), [(0.0, False), (-1e-3, True)])
+def test_a_step_is_jammed_while_overlaps_are_held_not_when_they_are_gone(gap: float, jammed: bool) -> None:
+    """Expulsion waits for some more steps after one that found no way out."""
+    model = replace(stack(1, 2), expulsion=1.0)
+    coupling = connect(model)
+    state = initial_state(model, coupling, tuple(group.rest() for group in model.groups))
+    cached = coupling.placement(state.bodies)
+    cached.gap[:] = gap
+    settings = SolverSettings()
+    made = expelling_step(
+        model, coupling, replace(state, held=(2, 2)), Scheme(0.01, 1.0), settings, 0.01, Clock()
+    )
+    assert made.jammed is jammed
+    assert made.after.held == (1, 2)
 
 
 @pytest.mark.parametrize(

@@ -21,18 +21,21 @@ from masonry_fem.nscd.mumps import Mumps
 from masonry_fem.nscd.solvers import modal_system
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import (
+    Contact,
     Dynamics,
     Initial,
     Joint,
     Loads,
     Material,
     MeshSettings,
+    Mortar,
     Override,
     Scene,
     Statics,
     Support,
 )
 from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.stack import StackStructure
 from masonry_fem.structures.wall import WallStructure
 from tests.fem.meshes import box_mesh
@@ -48,7 +51,7 @@ def scene(structure, fidelity: str, degree: int = 1, **keys) -> Scene:
     given = {
         "fidelity": fidelity,
         "materials": {"stone": stone},
-        "structures": (structure,),
+        "structures": structure if isinstance(structure, tuple) else (structure,),
         "joints": (Joint(friction=0.6),),
         "loads": Loads(gravity=down),
         "analysis": Statics(),
@@ -264,6 +267,27 @@ def test_faces_of_few_modes_have_contacts_at_corners_and_centroid(degree):
     for many in ({"c1", "c2"}, {"c2"}, {"c2", "c3"}):
         assert min(found[frozenset(many)]) >= 9
     assert found[frozenset({"c3"})] == {4}
+
+
+def test_rigid_stones_on_mortar_give_way_while_a_reduced_stone_falls():
+    """No contact has a stone that deforms: mortar alone gives way, as it does beside a rigid one that falls."""
+    size, keys = (0.5, 0.5, 0.5), {"material": "stone", "fidelity": "rigid"}
+    tower = StackStructure(name="tower", size=size, count=2, **keys)
+    made = []
+    for fidelity in ("reduced", "rigid"):
+        above = BlockStructure(
+            name="above", material="stone", fidelity=fidelity, size=size, position=(0.0, 0.0, 2.0)
+        )
+        given = scene(
+            (tower, above),
+            "rigid",
+            joints=(Joint(mortar=Mortar(normal_stiffness=1e8, tangential_stiffness=5e7)),),
+            analysis=Dynamics(step=5e-3, duration=5e-2, theta=1.0),
+            contact=Contact(update="fixed"),
+        )
+        made.append(solve_scene(given).march.state.gap)
+    assert made[0].min() < -1e-4
+    assert made[0] == pytest.approx(made[1], rel=1e-9)
 
 
 def test_a_held_face_is_refused():

@@ -77,8 +77,7 @@ def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> 
     if not built.model.contacts.count:
         return ContactError(note="nothing touches: there are no contact points to place otherwise")
     assembly, interfaces = built.model.assembly, built.model.interfaces
-    of_block = np.array([assembly.shapes[block.shape].mesh is not None for block in assembly.blocks])
-    meshed = of_block[interfaces.blocks[~interfaces.tie]].any(axis=1).tolist()
+    meshed = assembly.meshed[interfaces.blocks[~interfaces.tie]].any(axis=1).tolist()
     model = replaced(scene, built.stones, built.model, base, lambda rule, i: other(rule, meshed[i]))
     if model is None:
         return ContactError(note="contact points at corners of rigid faces: more would carry nothing else")

@@ -24,14 +24,24 @@ def points(patch: Patch, rule: Rule) -> Spots:
     patch : The interface.
     rule : Its ``inset`` is ξ.
     """
+    _, placed, area = about(patch, rule)
+    return Spots(patch, placed, area, patch.facets_at(placed))
+
+
+def about(patch: Patch, rule: Rule) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The polygon's centroid, (d − 1,), its corners drawn towards it, (k, d − 1), and their areas, (k,).
+
+    Parameters
+    ----------
+    patch : The interface. rule : Its ``inset`` is ξ.
+    """
     polygon = patch.polygon
     if patch.degenerate or polygon.shape[1] == 1:
         centroid = polygon.mean(axis=0)
         area = np.full(len(polygon), patch.interface.area / len(polygon))
     else:
         centroid, area = _tributary(polygon)
-    placed = centroid + rule.inset * (polygon - centroid)
-    return Spots(patch, placed, area, patch.facets_at(placed))
+    return centroid, centroid + rule.inset * (polygon - centroid), area
 
 
 def where_unmeshed(joints: Sequence[Joint], rule: Rule) -> tuple[list[list[Spots]], list[int]]:

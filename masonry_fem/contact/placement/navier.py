@@ -24,7 +24,6 @@ from masonry_fem.contact.placement.parts.cover import Joint
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.pieces import Pieces, batches
 from masonry_fem.contact.placement.parts.rule import Means, Rule, Spots
-from masonry_fem.contact.placement.weighted import means_of
 from masonry_fem.solid.pose import FloatArray
 
 ROUND_FACES = True  # joints may be all patches that two round faces have in common
@@ -57,7 +56,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     ------
     GeometryError : Mesh facets do not cover a patch.
     """
-    spots = [[_placed(patch, rule) for patch in joint] for joint in joints]
+    spots = [[] if len(joint) > 1 else [_placed(joint[0], rule)] for joint in joints]
     several = [number for number, joint in enumerate(joints) if len(joint) > 1]
     for number, placed in zip(several, auto.together([joints[k] for k in several], rule), strict=True):
         spots[number] = placed
@@ -75,29 +74,28 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
 
 def _placed(patch: Patch, rule: Rule) -> Spots:
     """Where the contacts of one patch are, the corners first, and their areas."""
-    at = corners.points(patch, rule)
     if patch.degenerate:
-        return at
-    centroid, square = _moments(patch.polygon)
-    away = at.points - centroid
-    # tributary areas of skew corners have another centroid
-    tilt = np.linalg.solve((at.area[:, None] * away).T @ away, at.area @ away)
-    area = at.area * (1.0 - away @ tilt)
-    area *= min(1.0, square * at.area.sum() / float(area @ (away**2).sum(axis=1)))
-    placed = np.concatenate([at.points, centroid[None]])
-    area = np.append(area, at.area.sum() - area.sum())
-    return Spots(patch, placed, area, np.full((len(placed), 2), -1))
+        return corners.points(patch, rule)
+    centroid, at, share = corners.about(patch, rule)
+    away = at - centroid
+    # the corners' areas of a skew polygon do not have its centroid
+    tilt = np.linalg.solve((share[:, None] * away).T @ away, share @ away)
+    area = share * (1.0 - away @ tilt)
+    square = _mean_square(patch.polygon - centroid)
+    area *= min(1.0, square * share.sum() / float(area @ (away**2).sum(axis=1)))
+    area = np.append(area, share.sum() - area.sum())
+    return Spots(patch, np.concatenate([at, centroid[None]]), area, np.full((len(area), 2), -1))
 
 
-def _moments(polygon: FloatArray) -> tuple[FloatArray, float]:
-    """Centroid of a polygon (k, d − 1), and the mean square of the distance from it [m²]."""
+def _mean_square(polygon: FloatArray) -> float:
+    """Mean square of the distance of a polygon's points from its centroid [m²], (k, d − 1) from there."""
     if polygon.shape[1] == 1:
-        return polygon.mean(axis=0), float(np.ptp(polygon)) ** 2 / 12.0
-    one, other = polygon - polygon[0], np.roll(polygon, -1, axis=0) - polygon[0]
-    area = 0.5 * (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])  # of triangles at the first corner
-    centre = area @ (one + other) / (3.0 * area.sum())
-    squares = (one**2 + other**2 + (one + other) ** 2).sum(axis=1)
-    return polygon[0] + centre, float(area @ squares) / (12.0 * area.sum()) - float(centre @ centre)
+        return float(np.ptp(polygon)) ** 2 / 12.0
+    after = np.roll(polygon, -1, axis=0)
+    # twice the areas of triangles at the centroid
+    area = polygon[:, 0] * after[:, 1] - polygon[:, 1] * after[:, 0]
+    squares = (polygon**2 + after**2 + (polygon + after) ** 2).sum(axis=1)
+    return float(area @ squares) / (12.0 * area.sum())
 
 
 def _means(pieces: Pieces, spots: Sequence[Spots]) -> list[Means]:
@@ -118,7 +116,7 @@ def _means(pieces: Pieces, spots: Sequence[Spots]) -> list[Means]:
     spread = _sums(weight[:, None, None] * away[:, :, None] * away[:, None], patch, len(spots))
     slope = (placed - centroid[:, None]) @ np.linalg.inv(spread)
     share = weight[:, None] * (1.0 + (slope[patch] @ away[:, :, None])[:, :, 0]) * real[patch]
-    row, node, value = means_of(pieces, (start[:, None] + within)[pieces.on], share)
+    row, node, value = pieces.means((start[:, None] + within)[pieces.on], share)
     row -= 2 * start[pieces.on][:, None]
     first = np.searchsorted(pieces.on, np.arange(len(spots) + 1))
     return [

@@ -123,7 +123,7 @@ def _of_side(pieces: Pieces, finer: int, numbers: IntArray) -> dict[int, Spots]:
     area = np.bincount(contact.ravel(), share.ravel())
     start, end = (np.searchsorted(joint, numbers, side) for side in ("left", "right"))
     of_joint = pieces.joint[pieces.on]
-    row, node, weight = means_of(pieces, of, share / area[contact])
+    row, node, weight = pieces.means(of, share / area[contact])
     row -= 2 * (start[np.searchsorted(numbers, of_joint)])[:, None]
 
     def mean(values: FloatArray) -> FloatArray:
@@ -150,29 +150,6 @@ def _of_side(pieces: Pieces, finer: int, numbers: IntArray) -> dict[int, Spots]:
             round=None if rounds is None else rounds(a, b, patch, number),
         )
     return spots
-
-
-def means_of(pieces: Pieces, contact: IntArray, share: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """How meshed sides carry contacts: rows, nodes and weights of ``Means``, piece by piece, (m, w) each.
-
-    Parameters
-    ----------
-    pieces : Of the joints.
-    contact : Those that each piece is a part of, shape (m, v).
-    share : Of these in the points' weights, which sums to one over the points of a contact, shape (q, v).
-    """
-    found: list[tuple[IntArray, IntArray, FloatArray]] = []
-    for side in (0, 1):
-        cover = pieces.covers[side]
-        if cover is not None:
-            product = np.add.reduceat(share[:, :, None] * pieces.functions(side)[:, None], pieces.first)
-            shape = product.shape
-            nodes = cover.node[cover.rows[pieces.facets[:, side]]]
-            row = np.broadcast_to(2 * contact[:, :, None] + side, shape)
-            node = np.broadcast_to(nodes[:, None], shape)
-            found.append(tuple(one.reshape(shape[0], -1) for one in (row, node, product)))  # type: ignore[arg-type]
-    row, node, weight = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
-    return row, node, weight
 
 
 def _rounds(

@@ -68,8 +68,8 @@ class ProximalNewton:
 
     Attributes
     ----------
-    weight : First α, relative to each contact's scale w; None: by the kind of problem, and the least where
-        many elastic contacts go on from a first guess in statics.
+    weight : First α, relative to each contact's scale (``proximal_scale``); None: by the kind of problem,
+        and the least where many elastic contacts go on from a first guess in statics.
     decrease : Factor on α after each round; None: by the kind of problem.
     adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
         near a solution at the limit of friction everywhere, where a fixed path of α cycles.

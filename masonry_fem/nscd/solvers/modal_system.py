@@ -12,12 +12,12 @@ from typing import override
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from masonry_fem.nscd.linear import Library, Solve, factorise
 from masonry_fem.nscd.mumps import Mumps, petsc
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.products import inverted, multiplied
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 
 
 # Changes up to which the last factor is good enough for a Newton step: of a contact's slope, relative to it,
-# and of an entry of B, over the largest.
+# and of an entry of B, whose columns are scaled to length one.
 SLOPE, TURN = 0.1, 1e-3
 
 
@@ -36,27 +36,24 @@ class Eliminated:
 
     Attributes
     ----------
-    matrix, order : The matrix, and its factor's order of elimination. solve : With this factor.
+    pattern : Where its blocks stand. order : Its factor's order of elimination. solve : With this factor.
     contacts : Those in it, shape (k,). slope : S of these, shape (k, d, d).
-    diagonal : What it starts from, shape (b, m). rigid_map : B, shape (c, 2, d, m).
+    diagonal : What it starts from, shape (b, m). maps : B as its columns are scaled, shape (c, 2, d, m).
     """
 
-    matrix: sparse.csr_array
+    pattern: BodyPattern
     order: Mumps
     solve: Solve
     contacts: IntArray
     slope: FloatArray
     diagonal: FloatArray
-    rigid_map: FloatArray
+    maps: FloatArray
 
-    def serves(
-        self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray, rigid_map: FloatArray
-    ) -> bool:
+    def serves(self, matrix: BodyMatrix, slope: FloatArray, contacts: IntArray, diagonal: FloatArray) -> bool:
         """Whether it is near enough to the matrix of these, as they are held."""
-        if not np.array_equal(contacts, self.contacts) or rigid_map.shape != self.rigid_map.shape:
+        if matrix.pattern is not self.pattern or not np.array_equal(contacts, self.contacts):
             return False
-        turned = 0.0 if rigid_map is self.rigid_map else np.abs(rigid_map - self.rigid_map).max(initial=0.0)
-        if turned > TURN * np.abs(self.rigid_map).max(initial=0.0):
+        if np.abs(matrix.maps - self.maps).max(initial=0.0) > TURN:
             return False
         changed, size = (np.einsum("kij,kij->k", one, one) for one in (slope - self.slope, self.slope))
         same = (changed <= SLOPE**2 * size).all()
@@ -77,11 +74,6 @@ class ModalSystem(NewtonSystem):
 
     @property
     @override
-    def iterates(self) -> bool:
-        return False
-
-    @property
-    @override
     def many(self) -> bool:
         return False
 
@@ -98,8 +90,7 @@ class ModalSystem(NewtonSystem):
         stiffness: FloatArray | None = None,
     ) -> NewtonFactor:
         gone = np.flatnonzero(closed)
-        total = by_velocity if stiffness is None else by_velocity + multiplied(own, stiffness)
-        slope_of = total[gone]
+        slope_of = by_velocity[gone]
         inverse = inverted(own[gone] + multiplied(slope_of, self._bed[gone]))
         diagonal = self.unit * mass / self.column**2
         slope = self.unit * multiplied(inverse, slope_of)
@@ -111,16 +102,12 @@ class ModalSystem(NewtonSystem):
         """Solves with the bodies' matrix: its pattern stays from step to step, and so does MUMPS's plan."""
         if self.library != "auto" or petsc() is None:
             return self.body_solver.solver(slope, contacts, diagonal, self._bodies_factorised)
-        last, rigid_map = self.structure.bodies, self.problem.rigid_map
-        if last is not None and last.serves(slope, contacts, diagonal, rigid_map):
+        last, bodies = self.structure.bodies, self.body_matrix
+        if last is not None and last.serves(bodies, slope, contacts, diagonal):
             return last.solve
-        matrix = self.body_matrix.assemble(-slope, contacts, -diagonal).tocsr()
-        order = last.order if last is not None and _alike(matrix, last.matrix) else Mumps(matrix)
+        matrix = bodies.assemble(-slope, contacts, -diagonal).tocsr()
+        order = last.order if last is not None and last.pattern is bodies.pattern else Mumps(matrix)
         solve = factorise(matrix, "mumps", order).bare  # Newton's next step refines
-        self.structure.bodies = Eliminated(matrix, order, solve, contacts, slope, diagonal, rigid_map)
+        made = Eliminated(bodies.pattern, order, solve, contacts, slope, diagonal, bodies.maps)
+        self.structure.bodies = made
         return solve
-
-
-def _alike(one: sparse.csr_array, other: sparse.csr_array) -> bool:
-    """Whether two matrices have one pattern."""
-    return np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices)

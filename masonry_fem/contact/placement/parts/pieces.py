@@ -180,6 +180,26 @@ class Pieces:
             self.known[side] = weights_on(KINDS[cover.kind], nodes, self.piece, self.at)
         return self.known[side]
 
+    def means(self, contact: IntArray, share: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+        """How meshed sides carry contacts: rows, nodes and weights of ``Means``, piece by piece, (m, w) each.
+
+        Parameters
+        ----------
+        contact : Those that each piece is a part of, shape (m, v).
+        share : Of these in the points' weights, which sums to one over the points of a contact, (q, v).
+        """
+        found: list[tuple[IntArray, IntArray, FloatArray]] = []
+        for side, cover in enumerate(self.covers):
+            if cover is not None:
+                product = np.add.reduceat(share[:, :, None] * self.functions(side)[:, None], self.first)
+                shape = product.shape
+                nodes = cover.node[cover.rows[self.facets[:, side]]]
+                row = np.broadcast_to(2 * contact[:, :, None] + side, shape)
+                node = np.broadcast_to(nodes[:, None], shape)
+                found.append(tuple(one.reshape(shape[0], -1) for one in (row, node, product)))  # type: ignore[arg-type]
+        row, node, weight = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
+        return row, node, weight
+
     def borne(self, side: int) -> FloatArray:
         """∫ N over the patches for each node of each of one side's facets, (f, n) [m²; m in 2D]."""
         rows = self.cover(side).rows

@@ -5,9 +5,9 @@ python -m benchmarks.cases "rigid wall 10x10"    # prints one line of JSON
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -493,4 +493,6 @@ CASES: dict[str, Callable[[], Row]] = {
 }
 
 if __name__ == "__main__":
-    print(json.dumps(CASES[sys.argv[1]]()))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("case", choices=CASES, metavar="CASE", help="\n".join(CASES))
+    print(json.dumps(CASES[parser.parse_args().case]()))

@@ -29,7 +29,7 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March
 from masonry_fem.output.folder import OWN, Folder
 from masonry_fem.output.report import write_report
-from masonry_fem.output.stress_error import block_errors, unjudged
+from masonry_fem.output.stress_error import block_errors, by_modes, unjudged
 from masonry_fem.records.record import check_share
 from masonry_fem.records.told import write
 from masonry_fem.results.discretisation import RefinementTold, Round
@@ -175,7 +175,13 @@ class _Search:
         errors = block_errors(march.model, march.state)
         if errors is None:
             raise MasonryError("nothing to refine: no block is elastic; give some fidelity = 'elastic'")
-        given = np.isin(errors.block, list(built.stones.given))
+        modes = by_modes(errors, march.model)
+        if modes.all():
+            raise MasonryError(
+                "nothing to refine: finer elements change nothing of reduced blocks, and no other block "
+                "deforms; raise materials.NAME.degree, or give some fidelity = 'elastic'"
+            )
+        given = modes | np.isin(errors.block, list(built.stones.given))
         allowed = (SPARE * self._limits.target) ** 2 * errors.total
         cells = np.array([len(_mesh(built, int(block)).cells) for block in errors.block], dtype=float)
         chosen = marked(np.where(given, 0.0, errors.square), cells, allowed)

@@ -94,12 +94,12 @@ class Limits:
 
     def _staying(self, growth: float, fixed: float) -> str:
         """Whether blocks whose elements stay have too much of the error, as a sentence."""
-        advice = "Give a file with finer ones, or with ones of order 2."
+        advice = "Give a file with finer ones, or with ones of order 2; make reduced blocks elastic."
         if growth == 1.0:
-            return f"all blocks came with their elements, which stay. {advice}"
+            return f"all blocks are reduced, or came with their elements, which stay. {advice}"
         if fixed > self.target:
             alone = f"which stay, bring {_percent(fixed)} alone. {advice}"
-            return f"blocks that came with their elements, {alone}"
+            return f"blocks that are reduced, or came with their elements, {alone}"
         return ""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -31,6 +31,9 @@ from masonry_fem.scene.misfit import listed, nearest
 from masonry_fem.solid.assembly import Blocks
 
 ROUNDING = 1e-6  # of an angle [degrees]
+# Inset from which corners have the second moment of the face with areas that leave some to the centroid: 1/√3
+# on rectangles and in 2D.
+LEAST_INSET = 3.0**-0.5
 
 
 def joint_of_interfaces(
@@ -201,7 +204,7 @@ def rules_of(scene: specs.Scene, stones: Stones, interfaces: Interfaces, chosen:
     usual = np.where(sides[:, 0] == sides[:, 1], sides[:, 0], -1)
     kinds = list(zip(chosen, either.tolist(), usual.tolist(), strict=True))
     made = {
-        kind: _rule(scene.joints[kind[0]], kind[1], names[kind[2]] if kind[2] >= 0 else "auto")
+        kind: _rule(scene.joints, kind[0], kind[1], names[kind[2]] if kind[2] >= 0 else "auto")
         for kind in dict.fromkeys(kinds)
     }
     return list(map(made.__getitem__, kinds))
@@ -266,9 +269,21 @@ def skins(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray 
     return given_way
 
 
-def _rule(joint: specs.Joint, meshed: bool, usual: str) -> Rule:
-    """The placement rule of interfaces with a meshed side or none: the usual one where none is named."""
+def _rule(joints: Sequence[specs.Joint], number: int, meshed: bool, usual: str) -> Rule:
+    """The placement rule of interfaces with a meshed side or none: the usual one where none is named.
+
+    Raises
+    ------
+    SceneError : Its contacts would be too near to the centroid to have the second moment of the face.
+    """
+    joint = joints[number]
     name = joint.placement or usual
+    if name == "navier" and joint.inset < LEAST_INSET:
+        raise SceneError(
+            f"joints.{number}.inset is {joint.inset:g} with placement 'navier', expected at least "
+            f"{LEAST_INSET:.3g}: nearer to the centroid contacts cannot bend as the face does; take "
+            "placement 'corners', or leave inset out"
+        )
     if name == "nodes" and not meshed:
         name = "corners"  # a rigid pair of a scene whose elastic joints use nodes
     return Rule(name=name, inset=joint.inset, density=joint.density)

@@ -50,10 +50,11 @@ class Reduced(Elastic):
         """
         for block, clamps in given.clamps.items():
             for clamp in clamps if block in given.materials else ():
-                name = given.assembly.blocks.names[block]
+                name, solid = given.assembly.blocks.names[block], given.assembly.solid(block)
+                face = solid.names[clamp.face] or str(clamp.face)
                 raise SceneError(
-                    f"block '{name}' is reduced and its face {clamp.face} is held, expected reduced blocks "
-                    "whose faces are all free: their modes bend every face; set its fidelity = 'elastic', or "
-                    "hold the whole block"
+                    f"block '{name}' is reduced and a support holds its face '{face}', expected reduced "
+                    "blocks whose faces are all free: their modes bend every face; set its fidelity = 'elastic', "
+                    "or hold the whole block"
                 )
         return cls.made(given, reduced=True)

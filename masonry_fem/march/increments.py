@@ -136,7 +136,9 @@ def _parts(
     found = made.solution.solved and made.joint_change == 0
     doubtful = made.adhesion_loss > ABRUPT or not found
     divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)
-    if doubtful and parts[0] > 1:
+    if made.solution.outcome.late:  # so would each half be
+        yield met, made, until
+    elif doubtful and parts[0] > 1:
         yield from divided
     elif (made.strayed or _lost(met, made)) and made.joint_change == 0 and parts[1] > 1:
         yield from _decided((met, made, until), list(divided))

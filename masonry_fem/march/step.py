@@ -188,7 +188,7 @@ def _first(rounds: Rounds) -> Round:
     if rounds.nonlinear:
         return settled_stresses(rounds, made)
     for _ in range(MOST):
-        if made.solution.outcome.moves:
+        if made.solution.outcome.moves or made.solution.outcome.late:
             break
         left = rounds.residual(made)
         if left <= NEWTON_TOLERANCE or left > 0.5 * last:

@@ -80,6 +80,8 @@ class Turned:
 def turned_roughly(rounds: Rounds) -> Turned | None:
     """Rounds of which only the last is exact; None where impulses are not unique, or were not found so.
 
+    Where there was no more time they end with what was found.
+
     Parameters
     ----------
     rounds : The step.
@@ -89,6 +91,8 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     if steered or not rounds.model.laws.all_plain or not (soft.any() and soft.all()):
         return None
     rounds, first, error = _begun(rounds)
+    if first.solution.outcome.late:
+        return Turned(first, first.place, strayed=False)
     if rounds.nonlinear:
         enough = NEWTON_TOLERANCE if rounds.softens else NEAR
         first = settled_stresses(rounds, first, error, patience=ROUGH_PATIENCE, enough=enough)
@@ -99,7 +103,8 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     begun = [first]  # held by no name here, so that it can be freed once another round is nearer
     del first
     found = turned(rounds, begun.pop(), error)
-    return None if found.strayed or not found.made.solution.solved else found
+    solution = found.made.solution
+    return found if solution.outcome.late or (solution.solved and not found.strayed) else None
 
 
 def _begun(rounds: Rounds) -> tuple[Rounds, Round, float]:

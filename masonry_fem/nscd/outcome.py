@@ -43,6 +43,11 @@ class Outcome(Enum):
         return self is Outcome.NO_EQUILIBRIUM or self is Outcome.AT_LIMIT or self is Outcome.UNSTRESSED
 
     @property
+    def late(self) -> bool:
+        """True where there was no more time."""
+        return self is Outcome.TIME_LIMIT
+
+    @property
     def sentence(self) -> str:
         """What happened, in a sentence."""
         return _SENTENCES[self]

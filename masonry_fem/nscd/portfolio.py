@@ -332,7 +332,11 @@ def _joined(first: Solution, second: Solution) -> Solution:
 
 def _unstressed(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
     """The verdict that elastic blocks run off from where they are, although impulses could hold them."""
-    found = from_no_stress(problem)
+    limit = settings.time_limit
+    until = None if limit is None else time.monotonic() + max(limit - made.seconds, 0.0)
+    found = from_no_stress(problem, until=until)
+    if found.reached is None and until is not None and time.monotonic() > until:
+        return replace(made, outcome=Outcome.TIME_LIMIT)
     if found.reached is not False or not found.motion.any():
         return made
     solves = made.linear_solves + found.solves

@@ -224,9 +224,9 @@ def _hinging_newton(case: Case) -> Method:
 def _moving_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
-    # Reduced stones that hit and part need a search from the first step on: full ones go round, some for ever.
-    # With another weight, or one that does not adapt, four of eight steps of 20×20 bricks that 0.3 g makes
-    # rebound fall back on slower turns, and not all of them are solved.
+    # Reduced stones that hit and part need a search from the first step on: full ones go round, some for
+    # ever. With another weight, or one that does not adapt, four of eight steps of 20×20 bricks that 0.3 g
+    # makes rebound fall back on slower turns, and not all of them are solved.
     if has_form(case.problem):
         return ProximalNewton(weight=1.0, adaptive=True, full_steps=0)
     return ProximalNewton(moving=True, weight=FIRM, decrease=0.3)

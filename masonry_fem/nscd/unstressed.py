@@ -18,6 +18,7 @@ to δ where blocks come to rest. Where they do not, they run off as 1/δ, and th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ STAYS = 0.95  # the share does not vanish at all
 METHODS: tuple[str, ...] = ("interior_point", "auto")
 TOLERANCE = 1e-6
 USABLE = 1e-5
+NO_TIME = 1e-3  # [s]
 BALANCED = 1e-8  # error of impulses that show balance
 
 
@@ -68,7 +70,9 @@ class Unstressed:
     solves: int
 
 
-def from_no_stress(problem: ContactProblem, closed: Mask | None = None) -> Unstressed:
+def from_no_stress(
+    problem: ContactProblem, closed: Mask | None = None, until: float | None = None
+) -> Unstressed:
     """Whether bodies without inertia come to rest under their loads, from a start without stress.
 
     Parameters
@@ -76,18 +80,19 @@ def from_no_stress(problem: ContactProblem, closed: Mask | None = None) -> Unstr
     problem : Dry contacts. Where no body is elastic, each contact gets a compliance of its own scale, and
         the free velocity is left out: blocks start where they are.
     closed : Contacts that touch, (c,); the others take no part. None: all do.
+    until : Monotonic clock after which nothing more is tried [s]; None: no limit.
     """
     mask = np.ones(problem.count, dtype=bool) if closed is None else closed
     with one_thread():
-        told = _asked(_touching(problem, np.flatnonzero(mask)))
+        told = _asked(_touching(problem, np.flatnonzero(mask)), until)
     impulse = np.zeros_like(problem.free_velocity)
     impulse[mask] = told.impulse
     return replace(told, impulse=impulse)
 
 
-def _asked(problem: ContactProblem) -> Unstressed:
+def _asked(problem: ContactProblem, until: float | None) -> Unstressed:
     """What states at falling drags tell."""
-    dragged = Drag(problem)
+    dragged = Drag(problem, until)
     shares: list[float] = []
     if not dragged.at_once(DRAGS[0]) and problem.rigid:
         smooth = _frictionless(problem)
@@ -113,7 +118,7 @@ def _end(dragged: Drag, shares: list[float]) -> tuple[bool | None, FloatArray]:
         return False if stays else None, impulse
     if _slide(problem, impulse, dragged.motion) <= FAR:
         return True, impulse
-    firm = Drag(problem)  # what the loads press without the faces' rounding
+    firm = Drag(problem, dragged.until)  # what the loads press without the faces' rounding
     return False, firm.impulse if firm.towards(FIRM) else impulse
 
 
@@ -139,7 +144,10 @@ def _usual(dragged: Drag, drag: float) -> bool:
 
     held = replace(dragged.problem, rigid_mass=drag * dragged.resistance)
     for method in METHODS:
-        made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE))
+        if dragged.late:
+            return False
+        limit = None if dragged.until is None else max(dragged.until - monotonic(), NO_TIME)
+        made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE, time_limit=limit))
         dragged.solves += made.linear_solves
         if made.quality.error <= USABLE:
             dragged.reached, dragged.impulse, dragged.motion = drag, made.impulse, made.rigid_velocity

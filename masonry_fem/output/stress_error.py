@@ -103,6 +103,19 @@ def unjudged(errors: BlockErrors, model: Model) -> Mask:
     return told
 
 
+def by_modes(errors: BlockErrors, model: Model) -> Mask:
+    """Blocks that deform by a few modes, shape (k,): finer elements change nothing of them.
+
+    Parameters
+    ----------
+    errors : Of k blocks.
+    model : The structure.
+    """
+    reduced = [group.blocks for group in model.groups if group.deforms and group.modal]
+    found: Mask = np.isin(errors.block, np.concatenate([np.zeros(0, np.int64), *reduced]))
+    return found
+
+
 class BlockError(Told, frozen=True, kw_only=True):
     """``share`` of e², error ``relative`` to the norm of all, ``density`` relative to the mean one."""
 
@@ -119,11 +132,13 @@ class StressError(Told, frozen=True, kw_only=True):
     ----------
     relative : Of all blocks, in the energy norm, relative to the norm of the exact stress.
     unjudged : Number of blocks one linear element thick, whose error cannot be estimated.
+    reduced : Share of its square that reduced blocks have.
     worst : Blocks with the largest errors.
     """
 
     relative: float
     unjudged: int
+    reduced: float
     worst: tuple[BlockError, ...]
 
 
@@ -141,6 +156,7 @@ def told(errors: BlockErrors, model: Model) -> StressError:
     return StressError(
         relative=errors.relative,
         unjudged=int(unjudged(errors, model).sum()),
+        reduced=float(errors.share[by_modes(errors, model)].sum()),
         worst=tuple(
             BlockError(block=names[errors.block[i]], share=share[i], relative=whole[i], density=mean[i])
             for i in worst

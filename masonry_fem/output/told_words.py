@@ -12,6 +12,7 @@ from masonry_fem.output.sheet import quantity
 
 OF_A_STAGE = 4  # supports that are shown
 ROUNDING = 1e-9  # of the largest energy: less is none
+MOSTLY = 0.5  # share of the square of an error
 STATES = {
     "closed": ("closed without a section", "closed without a section"),
     "middle_third": ("within the middle third", "within the middle third"),
@@ -112,6 +113,8 @@ def finer_elements(told: Mapping[str, Any]) -> str:
     ----------
     told : What a summary says.
     """
+    if ((told.get("stress") or {}).get("error") or {}).get("reduced", 0.0) > MOSTLY:
+        return "a higher materials.NAME.degree of the reduced stones, or fidelity = 'elastic'"
     alone = not any(told.get(key) for key in ("stages", "combinations", "places"))
     words = "finer elements, in [mesh] or in the file that brings them"
     return words + (", or masonry-fem run with --refine-to 10%" if alone else "")

@@ -210,7 +210,8 @@ def _ranks() -> RanksTold | None:
         remark(
             "idle_ranks",
             "nothing of this scene is split among ranks: one did all of it, and "
-            f"{idle} waited; what is split are factors of unlike stones, and Newton's method for many",
+            f"{idle} waited; what is split are factors of unlike elastic stones, and Newton's method for "
+            "elastic stones with 2000 contacts and more, or with solver.linear = 'krylov'",
         )
         return RanksTold(count=len(spent), peak_memory_mb=memory)
     work = {kind: _work([of_rank.get(kind, Spent()) for of_rank, _ in spent]) for kind in kinds}

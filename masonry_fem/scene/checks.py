@@ -253,6 +253,10 @@ def _solver(scene: Scene) -> None:
         if solver.method != "nsgs" and given != usual:
             expected = f"none with solver.method = {solver.method!r}: only 'nsgs' has it"
             raise wrong(("solver", name), given, f"{expected}; leave it out or choose that method")
+    if solver.method == "nsgs" and not scene.analysis.inertia:
+        expected = "another one in statics: sweeps want bodies with inertia"
+        cure = "; use method 'auto' or 'newton', or analysis.kind = 'dynamics'"
+        raise wrong(("solver", "method"), solver.method, expected, cure)
 
 
 def _files(scene: Scene, base: Path) -> None:

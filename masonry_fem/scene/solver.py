@@ -31,7 +31,7 @@ class Solver(Spec, frozen=True, kw_only=True):
         ``auto`` chooses by the problem
     tolerance : bound on the relative contact error
     max_iterations : largest number of sweeps or Newton steps
-    time_limit : wall-clock time for the contact problem of one step
+    time_limit : wall-clock time for a contact problem; the step ends where one takes all of it
     relaxation : for ``nsgs``: how far a sweep moves a contact towards the solution of its local problem,
         1 being all the way
     threads : for ``nsgs``: number of threads that share a sweep, colour by colour. By default one thread

@@ -16,6 +16,8 @@ from masonry_fem.build import build
 from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.stress_error import block_errors
+from masonry_fem.output.told_words import finer_elements
+from masonry_fem.records.told import plain
 from masonry_fem.scene import load, save
 from masonry_fem.scene.specs import (
     Joint,
@@ -204,6 +206,16 @@ def test_rigid_blocks_have_nothing_to_refine(tmp_path):
         refine(wall(), tmp_path, target=5.0)
 
 
+def test_finer_elements_change_nothing_of_reduced_blocks(tmp_path):
+    given = wall(fidelity="reduced", loads=Loads(gravity=(0.0, -9.81)))
+    with pytest.raises(MasonryError, match="degree"):
+        refine(given, tmp_path)
+    told = plain(solve_scene(given).summary)
+    assert told["stress"]["error"]["reduced"] == 1.0
+    assert "degree" in finer_elements(told)
+    assert "--refine-to" in finer_elements(plain(solve_scene(wall()).summary))
+
+
 @pytest.mark.slow
 def test_what_cannot_be_judged_is_refined_first(tmp_path):
     """One linear element a brick says nothing of its error, however small it looks."""
@@ -225,7 +237,7 @@ def test_elements_from_a_file_stay(tmp_path):
     scene = wall(dimension=3, structures=(structure,), loads=Loads(gravity=(0.0, 0.0, -9.81)))
     result = refine(scene, tmp_path / "out", tmp_path, target=0.01)
     assert not result.reached
-    assert "all blocks came with their elements" in result.message
+    assert "came with their elements, which stay" in result.message
     assert "order 2" in result.message
     saved = load(tmp_path / "out" / "refined.toml")
     assert saved.structures[0].path == "../two.msh"

@@ -120,3 +120,15 @@ def test_a_record_that_holds_nowhere_is_told(keys, told, caplog):
         assert "matches none" not in caplog.text  # overruled by later ones is no reason
         build(check(wall(2, joints=joints)), Path())
     assert told in caplog.text
+
+
+@pytest.mark.parametrize("inset", [0.5, 0.6])
+def test_plane_faces_need_contacts_far_from_the_centroid(inset):
+    """With an inset below 1/√3 no areas have the second moment of the face."""
+    given = check(wall(3, joints=(specs.Joint(placement="navier", inset=inset),)))
+    if inset < 1 / np.sqrt(3):
+        with pytest.raises(SceneError, match=r"joints\.0\.inset is 0\.5 with placement 'navier', expected"):
+            build(given, Path())
+    else:
+        model = build(given, Path()).model
+        assert (model.contacts.area > 0).all()

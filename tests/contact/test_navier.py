@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.contact.detection import detect
 from masonry_fem.contact.clipping import polygon_area
+from masonry_fem.contact.detection import detect
 from masonry_fem.contact.interpolation import weights
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule, points_of

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import msgspec
 import pytest
 
 import masonry_fem.march.increments as dividing
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.nscd import Outcome
+from masonry_fem.joints import fold
+from masonry_fem.nscd import Outcome, solve
+from masonry_fem.scene.specs import Solver
 from tests.extremes.solids import lifted
 
 
@@ -29,3 +32,20 @@ def test_contacts_that_are_not_solved_halve_a_step_of_blocks_that_deform(fidelit
     assert result.outcome == ("no_convergence" if steps is None else "equilibrium")
     if steps is not None:
         assert result.march.state.index == steps
+
+
+@pytest.mark.parametrize("fidelity", ["elastic", "rigid"])
+def test_a_step_ends_where_its_time_is_up(fidelity, monkeypatch):
+    """Neither other rounds nor halves of it begin, which would have the same limit each."""
+    asked = []
+
+    def late(problem, settings, start):
+        asked.append(settings.time_limit)
+        return replace(solve(problem, settings, start), outcome=Outcome.TIME_LIMIT)
+
+    monkeypatch.setattr(fold, "solve", late)
+    given = msgspec.structs.replace(lifted(0.0, fidelity=fidelity), solver=Solver(time_limit=5.0))
+    result = solve_scene(given)
+    assert result.outcome == "no_convergence"
+    assert "time limit" in result.message
+    assert asked == [5.0]

@@ -143,3 +143,11 @@ def test_where_steps_cycle_a_drag_is_come_to_kink_by_kink(bricks, courses, frict
     held = replace(problem, compliance=compliance, rigid_mass=1e-6 * dragged.resistance)
     assert assess(held, dragged.impulse, dragged.motion).natural_map < 1e-6
     assert from_no_stress(problem).reached is reached
+
+
+def test_nothing_is_tried_after_the_time_given():
+    """With all the time there is it is reached kink by kink, in many more systems."""
+    problem = plane.soft(plane.plane_wall(3, 3, friction=5.0, horizontal=0.7, mass=0.0))
+    late, whole = from_no_stress(problem, until=0.0), from_no_stress(problem)
+    assert (late.reached, whole.reached) == (None, True)
+    assert late.solves < 0.2 * whole.solves

@@ -30,6 +30,8 @@ def notes(
     rows: Sequence[Row],
     comparisons: Sequence[Comparison],
     reference: Reference,
+    *,
+    together: bool = True,
 ) -> list[str]:
     """Notes on a finished study.
 
@@ -39,6 +41,7 @@ def notes(
     rows : All cells with their results.
     comparisons : One per case.
     reference : What they were compared with.
+    together : Whether cells were computed side by side.
     """
     said = []
     cases = [one.key for one in vary if one.is_case]
@@ -60,7 +63,7 @@ def notes(
     left = sorted({name for made in comparisons for name in made.left_out})
     if left:
         said.append(f"too small to be compared: {', '.join(left)}")
-    if sum(row.solved for row in rows) > 1:
+    if together and sum(row.solved for row in rows) > 1:
         said.append(
             "CPU times of cells side by side, which share caches and memory, are a few per cent longer"
         )

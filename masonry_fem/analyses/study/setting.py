@@ -69,7 +69,7 @@ def fineness(key: str, values: Sequence[Any]) -> tuple[list[int], list[float | N
 def _attempt(width: Callable[[Any], float], value: Any) -> float:
     try:
         found = float(width(value))
-    except (TypeError, ValueError, ArithmeticError):
+    except (TypeError, ValueError, ArithmeticError, LookupError):
         return math.inf
     return found if found > 0 else math.inf
 

@@ -163,6 +163,7 @@ def study(
     _refuse_combinations(source, cells)
     folder = source.folder(out, "study")
     crew = Crew(workers, time_limit)
+    together = crew.workers > 1
     made = loads(next(cell.scene for cell in cells if cell.scene), base=source.base)
     # what an earlier study told is removed, its cells are not
     with Folder(folder, "study", title=made.title, keeps=[] if fresh else [f"{FOLDER}/"]):
@@ -177,7 +178,7 @@ def study(
     said = (
         *replaced(source, varied),
         *unwritten(made, "a study"),
-        *notes(varied, rows, comparisons, wanted),
+        *notes(varied, rows, comparisons, wanted, together=together),
     )
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted

@@ -25,6 +25,7 @@ that of elastic ones, where it determines the impulses that a coarse mesh leaves
 from __future__ import annotations
 
 from dataclasses import replace
+from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,13 +61,14 @@ class Drag:
 
     Attributes
     ----------
+    until : Monotonic clock after which no way is looked for [s]; None: no limit.
     reached : Drag that the state is at; inf before the first.
     impulse, motion : The state there: p (c, d) and U (b, m).
     solves : Linear systems factorised.
     """
 
-    def __init__(self, problem: ContactProblem) -> None:
-        self.problem = problem
+    def __init__(self, problem: ContactProblem, until: float | None = None) -> None:
+        self.problem, self.until = problem, until
         scale = newton_scale(problem)
         self.own = scale if problem.rigid else OWN * scale
         self.rho = RHO / scale
@@ -79,6 +81,11 @@ class Drag:
         self.reached, self.solves = np.inf, 0
         self.impulse, self.motion = np.zeros_like(problem.free_velocity), problem.rigid_velocity.copy()
 
+    @property
+    def late(self) -> bool:
+        """Whether there is no time left."""
+        return self.until is not None and monotonic() > self.until
+
     def towards(self, drag: float) -> bool:
         """Go to a drag that is less than any before; False where no way was found."""
         return self.at_once(drag) or self.by_strides(drag)
@@ -86,7 +93,7 @@ class Drag:
     def by_strides(self, drag: float) -> bool:
         """Go there by way of larger drags, or kink by kink; False where no way was found."""
         stride = STRIDE if self.reached <= FIRST or self.at_once(FIRST) else 1.0
-        while self.reached > drag and stride <= SHORTEST:
+        while self.reached > drag and stride <= SHORTEST and not self.late:
             went = self.at_once(max(stride * self.reached, drag))
             stride = max(stride**1.5, STRIDE) if went else stride**0.5
         return self.reached <= drag or self.kink_by_kink(drag)
@@ -117,9 +124,9 @@ class Drag:
             walk = Walk(piece, target, t, forwards=piece.sign == sense)
             for _ in range(KINKS):
                 walk.cross()
-                if walk.endless or walk.unsure or walk.t == 0:
+                if walk.endless or walk.unsure or walk.t == 0 or self.late:
                     break
-            if walk.endless or walk.t == 0:
+            if walk.endless or walk.t == 0 or self.late:
                 break
             walk.step_inside()
             x, t = walk.x, walk.t

@@ -15,6 +15,7 @@ from masonry_fem.analyses.study.quantity import Quantity, pick, told
 from masonry_fem.analyses.study.recommendation import recommend
 from masonry_fem.analyses.study.reference import Reference
 from masonry_fem.analyses.study.row import Row
+from masonry_fem.analyses.study.setting import fineness
 from masonry_fem.analyses.study.target import targets
 from masonry_fem.analyses.study.variation import variations
 from masonry_fem.errors import MasonryError
@@ -237,3 +238,19 @@ def test_the_case_that_failed_is_named() -> None:
     comparisons = [compare([row], vary, wanted) for row in made]
     said = notes(vary, made, comparisons, wanted)
     assert "no cell of joints.0.friction = 0.2 was solved: there is nothing to compare with" in said
+
+
+def test_cells_side_by_side_are_told_to_cost_more() -> None:
+    vary = variations(["mesh.size=0.2,0.1"])
+    made = rows(vary, lambda h: 1 + h, lambda h: 1.0)
+    wanted = Reference.of(None, vary)
+    comparisons = [compare(made, vary, wanted)]
+    for together in (True, False):
+        said = notes(vary, made, comparisons, wanted, together=together)
+        assert any("side by side" in note for note in said) is together
+
+
+def test_a_misspelt_name_ranks_as_coarsest() -> None:
+    """Its cell is a bad scene, whose message says what is expected."""
+    ranks, _ = fineness("fidelity", ["rigid", "reducd"])
+    assert ranks == [1, 0]

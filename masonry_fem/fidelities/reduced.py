@@ -54,7 +54,7 @@ class Reduced(Elastic):
                 face = solid.names[clamp.face] or str(clamp.face)
                 raise SceneError(
                     f"block '{name}' is reduced and a support holds its face '{face}', expected reduced "
-                    "blocks whose faces are all free: their modes bend every face; set its fidelity = 'elastic', "
-                    "or hold the whole block"
+                    "blocks whose faces are all free: their modes bend every face; set its fidelity = "
+                    "'elastic', or hold the whole block"
                 )
         return cls.made(given, reduced=True)

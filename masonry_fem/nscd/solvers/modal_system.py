@@ -18,6 +18,7 @@ from masonry_fem.nscd.mumps import Mumps, petsc
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.products import inverted, multiplied
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix, BodyPattern
+from masonry_fem.nscd.solvers.elastic_krylov import are_many, at_rest
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
@@ -75,7 +76,7 @@ class ModalSystem(NewtonSystem):
     @property
     @override
     def many(self) -> bool:
-        return False
+        return at_rest(self.problem) and are_many(self.problem, self.library)
 
     @override
     def factor(

@@ -227,7 +227,7 @@ def test_modes_as_velocities_give_the_same_as_their_compliance(monkeypatch, anal
 
 
 def test_many_stones_in_statics_are_solved_as_many_elastic_ones_are():
-    """Newton's method searches along its steps and lets parts settle: full steps took 76, by other methods."""
+    """Newton's method searches along its steps and lets parts settle: full steps took 76."""
     mesh, loads = MeshSettings(divisions=(1, 1, 1)), Loads(gravity=(0.2 * G, 0.0, -G))
     told = solve_scene(scene(wall(20, 20), "reduced", mesh=mesh, loads=loads)).summary
     assert told.outcome == "equilibrium"

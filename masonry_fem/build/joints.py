@@ -19,7 +19,7 @@ from masonry_fem.build.ties import with_ties
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.interfaces import Interfaces
 from masonry_fem.contact.place import place
-from masonry_fem.contact.placement import Rule
+from masonry_fem.contact.placement import Rule, least_inset
 from masonry_fem.errors import SceneError
 from masonry_fem.fidelities import fidelity
 from masonry_fem.joints.assignment import Assignment
@@ -31,9 +31,6 @@ from masonry_fem.scene.misfit import listed, nearest
 from masonry_fem.solid.assembly import Blocks
 
 ROUNDING = 1e-6  # of an angle [degrees]
-# Inset from which corners have the second moment of the face with areas that leave some to the centroid: 1/√3
-# on rectangles and in 2D.
-LEAST_INSET = 3.0**-0.5
 
 
 def joint_of_interfaces(
@@ -274,15 +271,16 @@ def _rule(joints: Sequence[specs.Joint], number: int, meshed: bool, usual: str) 
 
     Raises
     ------
-    SceneError : Its contacts would be too near to the centroid to have the second moment of the face.
+    SceneError : Its contacts would be nearer to the centroid than the rule bears.
     """
     joint = joints[number]
     name = joint.placement or usual
-    if name == "navier" and joint.inset < LEAST_INSET:
+    least = least_inset(name)
+    if joint.inset < least:
         raise SceneError(
-            f"joints.{number}.inset is {joint.inset:g} with placement 'navier', expected at least "
-            f"{LEAST_INSET:.3g}: nearer to the centroid contacts cannot bend as the face does; take "
-            "placement 'corners', or leave inset out"
+            f"joints.{number}.inset is {joint.inset:g} with placement '{name}', expected at least "
+            f"{least:.3g}: nearer to the centroid contacts cannot bend as the face does; take placement "
+            "'corners', or leave inset out"
         )
     if name == "nodes" and not meshed:
         name = "corners"  # a rigid pair of a scene whose elastic joints use nodes

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from time import monotonic
 from typing import TYPE_CHECKING, Literal, get_args
 
 from masonry_fem.errors import ProblemError
@@ -21,6 +22,7 @@ if TYPE_CHECKING:  # scenes that are only read need no NumPy
 LinearName = Literal["auto", "direct", "krylov"]
 
 TARGET = 1e-10  # the tolerance where nobody asks for one
+OVER = 1e-9  # a limit of time that is over [s]
 ACCEPTABLE = 1e-6  # error up to which a state that misses it may be an answer where nobody asks for one
 
 
@@ -107,3 +109,13 @@ class Start:
     rigid_velocity: NDArray[np.float64] | None = None
     velocity: NDArray[np.float64] | None = None
     products: Products | None = None
+
+
+def time_left(until: float | None) -> float | None:
+    """Limit of time of what is to end by then [s]; None: no limit.
+
+    Parameters
+    ----------
+    until : Monotonic clock [s]; None: no limit.
+    """
+    return None if until is None else max(until - monotonic(), OVER)

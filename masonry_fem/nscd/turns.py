@@ -87,7 +87,7 @@ class Case:
 
     @cached_property
     def many(self) -> bool:
-        """True for many elastic contacts in statics, with which other turns take longer."""
+        """True for many elastic contacts in statics, of reduced stones too: other turns take longer."""
         return self.static and (self._iterates or has_form(self.problem))
 
     @property

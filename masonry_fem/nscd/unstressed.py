@@ -18,7 +18,6 @@ to δ where blocks come to rest. Where they do not, they run off as 1/δ, and th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,7 @@ from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
-from masonry_fem.nscd.settings import SolverSettings
+from masonry_fem.nscd.settings import SolverSettings, time_left
 from masonry_fem.nscd.solvers.drag import Drag
 from masonry_fem.nscd.threads import one_thread
 
@@ -46,7 +45,6 @@ STAYS = 0.95  # the share does not vanish at all
 METHODS: tuple[str, ...] = ("interior_point", "auto")
 TOLERANCE = 1e-6
 USABLE = 1e-5
-NO_TIME = 1e-3  # [s]
 BALANCED = 1e-8  # error of impulses that show balance
 
 
@@ -146,7 +144,7 @@ def _usual(dragged: Drag, drag: float) -> bool:
     for method in METHODS:
         if dragged.late:
             return False
-        limit = None if dragged.until is None else max(dragged.until - monotonic(), NO_TIME)
+        limit = time_left(dragged.until)
         made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE, time_limit=limit))
         dragged.solves += made.linear_solves
         if made.quality.error <= USABLE:

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from masonry_fem.host.ranks import Leader
 from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.nscd import settings as limits
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
@@ -253,7 +254,7 @@ def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, i
     assert start.rigid_velocity is not None
     clock = iter([0.0] * in_time + [2e3] * 8)
     monkeypatch.setattr(settling, "MOST", 1.0)
-    monkeypatch.setattr(settling, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(limits, "monotonic", lambda: next(clock))
     parts = NewtonRun(problem, ProximalNewton(), start).settling
     residual = np.ones_like(problem.free_velocity)
     settled = parts.settle(residual, start.impulse, start.rigid_velocity, 1.0, 1e-8, until=1e3)

@@ -2,7 +2,8 @@
 
 A file has a function ``points(patch, rule) -> Spots``; its name is that of the rule. Nothing else lists it.
 It may have ``together(joints, rule) -> list[list[Spots]]``, which places on many joints at once, and
-``ROUND_FACES = True`` where that takes all patches that two round faces have in common as one joint.
+``ROUND_FACES = True`` where that takes all patches that two round faces have in common as one joint. With
+``LEAST_INSET`` it bears no inset below.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:  # Numba is slow to import, and scenes that are only read need
     from masonry_fem.contact.placement.parts.cover import Joint
     from masonry_fem.contact.placement.parts.patch import Patch
 
-__all__ = ["Rule", "Spots", "names", "on_round_faces", "points_of", "together_of"]
+__all__ = ["Rule", "Spots", "least_inset", "names", "on_round_faces", "points_of", "together_of"]
 
 
 def names() -> tuple[str, ...]:
@@ -46,3 +47,9 @@ def together_of(name: str) -> Callable[[Sequence[Joint], Rule], list[list[Spots]
 def on_round_faces(name: str) -> bool:
     """Whether a rule takes all patches that two round faces have in common as one joint."""
     return bool(getattr(import_module(f"{__name__}.{name}"), "ROUND_FACES", False))
+
+
+@cache
+def least_inset(name: str) -> float:
+    """The least inset that a rule bears; 0 where it bears any, or has none."""
+    return float(getattr(import_module(f"{__name__}.{name}"), "LEAST_INSET", 0.0))

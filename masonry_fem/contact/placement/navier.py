@@ -27,6 +27,9 @@ from masonry_fem.contact.placement.parts.rule import Means, Rule, Spots
 from masonry_fem.solid.pose import FloatArray
 
 ROUND_FACES = True  # joints may be all patches that two round faces have in common
+# From here on corners have the second moment of the face with areas that leave some to the centroid, on
+# rectangles and in 2D.
+LEAST_INSET = 3.0**-0.5
 
 
 def points(patch: Patch, rule: Rule) -> Spots:

@@ -33,7 +33,7 @@ from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem, Products
 from masonry_fem.nscd.residuals import assess
-from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start, time_left
 from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, MANY
 
 if TYPE_CHECKING:
@@ -68,7 +68,6 @@ FIRM, SOFTER, MOST_SYSTEMS = 0.1, 0.3, 400
 GAIN = 0.4
 # Outcomes after which impulses are not held instead: slip held goes on, but there is no more time for it.
 UNFINISHED = {Outcome.MAX_ITERATIONS, Outcome.TIME_LIMIT}
-_NO_TIME = 1e-9  # a limit that is over [s]
 
 
 class Settles(Protocol):
@@ -208,7 +207,7 @@ def _rested(groups: Sequence[Part], residual: FloatArray, aim: Aim, until: float
     others = np.flatnonzero(~large)
     works = np.array([aim.work(group, residual[group.contacts]) for group in groups])
     its = [others[own].tolist() for own in dealt(works[others], leader.size)]
-    shares = [([groups[number] for number in own], aim, _left(until)) for own in its]
+    shares = [([groups[number] for number in own], aim, time_left(until)) for own in its]
     if len(others):
         for own, states in zip(its, leader.call(_on_rank, shares), strict=True):
             found |= dict(zip(own, states, strict=True))
@@ -249,11 +248,6 @@ def _on_rank(member: Member, share: tuple[list[Part], Aim, float | None]) -> lis
     return found
 
 
-def _left(until: float | None) -> float | None:
-    """Time until then [s]; None: no limit."""
-    return None if until is None else max(until - monotonic(), _NO_TIME)
-
-
 def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
     """The state of a part whose clusters come to rest in turn: they feel each other by what they touch.
 
@@ -265,7 +259,7 @@ def _in_turn(group: Part, aim: Aim, until: float | None) -> Rested:
     for chosen in group.clusters():
         cluster = Part.of(group.problem, chosen, impulse, rigid_velocity)
         wanted, enough = aim.errors(cluster)
-        rest = _Rest(cluster, aim, SolverSettings(tolerance=wanted, time_limit=_left(until)), enough)
+        rest = _Rest(cluster, aim, SolverSettings(tolerance=wanted, time_limit=time_left(until)), enough)
         found = rest.best()
         solves += rest.linear_solves
         if found.quality.error <= enough or found.quality.error <= BETTER * _error(cluster):

@@ -192,11 +192,11 @@ class Pieces:
         for side, cover in enumerate(self.covers):
             if cover is not None:
                 product = np.add.reduceat(share[:, :, None] * self.functions(side)[:, None], self.first)
-                shape = product.shape
                 nodes = cover.node[cover.rows[self.facets[:, side]]]
-                row = np.broadcast_to(2 * contact[:, :, None] + side, shape)
-                node = np.broadcast_to(nodes[:, None], shape)
-                found.append(tuple(one.reshape(shape[0], -1) for one in (row, node, product)))  # type: ignore[arg-type]
+                row = np.broadcast_to(2 * contact[:, :, None] + side, product.shape)
+                node = np.broadcast_to(nodes[:, None], product.shape)
+                m = len(product)
+                found.append((row.reshape(m, -1), node.reshape(m, -1), product.reshape(m, -1)))
         row, node, weight = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
         return row, node, weight
 
